@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <lcm/lcm-cpp.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "lib/bus/bus.h"
+
+namespace vog {
+
+struct LogEvent {
+  Time time;
+  std::string channel;
+  std::vector<std::uint8_t> bytes;
+};
+
+/// Reads an LCM event log.
+class LcmLogReader {
+ public:
+  /// @throws UsageError when the file cannot be opened.
+  explicit LcmLogReader(const std::string& path);
+  /// The next event, nothing at the end or at the first damaged event.
+  std::optional<LogEvent> Next();
+
+ private:
+  lcm::LogFile file_;
+};
+
+/// Writes an LCM event log.
+class LcmLogWriter {
+ public:
+  /// @throws SystemError when the file cannot be made.
+  explicit LcmLogWriter(const std::string& path);
+  /// @throws SystemError when the disk is full.
+  void Write(Time time, const std::string& channel, Bytes bytes);
+
+ private:
+  std::string path_;
+  lcm::LogFile file_;
+};
+
+}  // namespace vog

@@ -1,0 +1,105 @@
+#include "lib/collision/collision_checker.h"
+
+#include <fcl/geometry/shape/box.h>
+#include <fcl/narrowphase/collision.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace vog {
+namespace {
+
+constexpr int kPieceSamples = 8;
+
+}  // namespace
+
+CollisionChecker::CollisionChecker(const CollisionRules& rules) : rules_(rules) {}
+CollisionChecker::~CollisionChecker() = default;
+
+Eigen::AlignedBox3d CollisionChecker::SweptBounds(const Waypoint& from, const Waypoint& to,
+                                                  double extra_m) const {
+  const double margin_m = std::max({rules_.clearance_m + extra_m, rules_.unknown_clearance_m, 0.0});
+  // The box may turn on the way: its corners stay within this cylinder.
+  const double radius_m =
+      0.5 * rules_.hull_size_m.head<2>().norm() + std::numbers::sqrt2 * margin_m;
+  const Vec3 reach(radius_m, radius_m, 0.5 * rules_.hull_size_m.z() + margin_m);
+  Eigen::AlignedBox3d bounds(from.position_W_m);
+  bounds.extend(to.position_W_m);
+  return {bounds.min() - reach, bounds.max() + reach};
+}
+
+void CollisionChecker::FindObstacles(const OccupancyMap& map, const Eigen::AlignedBox3d& bounds_W,
+                                     std::vector<Obstacle>& obstacles) const {
+  obstacles.clear();
+  const VoxelBox box = VoxelsOf(map.grid(), bounds_W);
+  map.LogOddsIn(box, log_odds_);
+  std::size_t i = 0;
+  ForEachVoxel(box, [&](const VoxelKey& voxel) {
+    const VoxelState state = map.StateOf(log_odds_[i++]);
+    if (state == VoxelState::kFree) return;
+    const bool is_occupied = state == VoxelState::kOccupied;
+    const Vec3 center_W = map.grid().CenterOf(voxel);
+    const bool blocks = is_occupied || (rules_.unknown_blocks &&
+                                        (center_W - bubble_.center_W_m).norm() >= bubble_.radius_m);
+    if (blocks) obstacles.push_back({center_W, is_occupied});
+  });
+}
+
+bool CollisionChecker::Touches(const Waypoint& at, const std::vector<Obstacle>& obstacles,
+                               double voxel_size_m, double extra_m) const {
+  const Pose3 X_BW = at.X_WB().inverse();
+  const double voxel_radius_m = voxel_size_m * std::numbers::sqrt3 / 2;
+  const fcl::Boxd voxel(voxel_size_m, voxel_size_m, voxel_size_m);
+  for (const Obstacle& obstacle : obstacles) {
+    const double margin_m =
+        obstacle.is_occupied ? rules_.clearance_m + extra_m : rules_.unknown_clearance_m;
+    const Vec3 half_m = (0.5 * rules_.hull_size_m + Vec3::Constant(margin_m)).cwiseMax(0.01);
+    const Vec3 center_B = X_BW * obstacle.center_W_m;
+    if ((center_B.cwiseAbs().array() > half_m.array() + voxel_radius_m).any()) continue;
+    Pose3 X_BV = X_BW;
+    X_BV.translation() = center_B;
+    const fcl::Boxd hull(2 * half_m);
+    fcl::CollisionResultd result;
+    if (fcl::collide<double>(&hull, Pose3::Identity(), &voxel, X_BV, fcl::CollisionRequestd(),
+                             result) > 0)
+      return true;
+  }
+  return false;
+}
+
+int CollisionChecker::SamplesOf(const OccupancyMap& map, const Waypoint& from,
+                                const Waypoint& to) const {
+  const double corner_m = 0.5 * rules_.hull_size_m.head<2>().norm();
+  const double travel_m =
+      LengthOf(from, to) + corner_m * std::abs(WrapAngle(to.yaw_rad - from.yaw_rad));
+  return std::max(1, static_cast<int>(std::ceil(travel_m / (0.5 * map.grid().voxel_size_m()))));
+}
+
+bool CollisionChecker::IsFree(const OccupancyMap& map, const Waypoint& at, double extra_m) const {
+  FindObstacles(map, SweptBounds(at, at, extra_m), obstacles_);
+  return !Touches(at, obstacles_, map.grid().voxel_size_m(), extra_m);
+}
+
+bool CollisionChecker::IsEdgeFree(const OccupancyMap& map, const Waypoint& from, const Waypoint& to,
+                                  double extra_m) const {
+  return FreeFractionOf(map, from, to, extra_m) == 1;
+}
+
+double CollisionChecker::FreeFractionOf(const OccupancyMap& map, const Waypoint& from,
+                                        const Waypoint& to, double extra_m) const {
+  const int samples = SamplesOf(map, from, to);
+  const auto at = [&](int i) { return Interpolate(from, to, static_cast<double>(i) / samples); };
+  // In pieces: most edges that fail do so early, and then the rest need not be read.
+  for (int begin = 0; begin <= samples; begin += kPieceSamples) {
+    const int end = std::min(begin + kPieceSamples - 1, samples);
+    FindObstacles(map, SweptBounds(at(begin), at(end), extra_m), obstacles_);
+    for (int i = begin; i <= end; ++i) {
+      if (Touches(at(i), obstacles_, map.grid().voxel_size_m(), extra_m))
+        return std::max(0, i - 1) / static_cast<double>(samples);
+    }
+  }
+  return 1;
+}
+
+}  // namespace vog

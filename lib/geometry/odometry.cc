@@ -1,0 +1,65 @@
+#include "lib/geometry/odometry.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+
+namespace vog {
+
+Mat3 DriftOptions::StepCovariance(double step_s) const {
+  const double scale = scaling == DriftScaling::kLiteral ? step_s * step_s : step_s;
+  return Vec3(scale * Vec3(variance_x_m2_s, variance_y_m2_s, variance_yaw_rad2_s)).asDiagonal();
+}
+
+Mat3 PlanarAdjointOf(const Pose3& X) {
+  const double yaw = YawOf(X);
+  Mat3 Ad;
+  Ad << std::cos(yaw), -std::sin(yaw), X.translation().y(),  //
+      std::sin(yaw), std::cos(yaw), -X.translation().x(),    //
+      0, 0, 1;
+  return Ad;
+}
+
+Mat3 ComposePlanarCovariance(const Mat3& covariance_AB, const Pose3& X_BC,
+                             const Mat3& covariance_BC) {
+  const Mat3 Ad_CB = PlanarAdjointOf(X_BC.inverse());
+  return Ad_CB * covariance_AB * Ad_CB.transpose() + covariance_BC;
+}
+
+Mat3 MotionCovariance(const OdometrySample& from, const OdometrySample& to) {
+  const Mat3 Ad = PlanarAdjointOf(Ominus(to.X_OB, from.X_OB));
+  const Mat3 added = to.covariance - Ad * from.covariance * Ad.transpose();
+  // The difference of two rounded numbers may come out slightly negative.
+  const Eigen::SelfAdjointEigenSolver<Mat3> solver(0.5 * (added + added.transpose()));
+  const Mat3 V = solver.eigenvectors();
+  return V * solver.eigenvalues().cwiseMax(0).asDiagonal() * V.transpose();
+}
+
+void OdometryHistory::Add(const OdometrySample& sample) {
+  if (!samples_.empty() && samples_.back().segment != sample.segment) samples_.clear();
+  samples_.push_back(sample);
+}
+
+std::optional<OdometrySample> OdometryHistory::At(Time time) const {
+  const auto after =
+      std::lower_bound(samples_.begin(), samples_.end(), time,
+                       [](const OdometrySample& sample, Time t) { return sample.time < t; });
+  if (after == samples_.end()) return std::nullopt;
+  if (after->time == time) return *after;
+  if (after == samples_.begin()) return std::nullopt;
+  const OdometrySample& a = *std::prev(after);
+  const OdometrySample& b = *after;
+  const double fraction = ToSeconds(time - a.time) / ToSeconds(b.time - a.time);
+  OdometrySample sample = a;
+  sample.time = time;
+  sample.X_OB = Interpolate(a.X_OB, b.X_OB, fraction);
+  sample.covariance += fraction * (b.covariance - a.covariance);
+  sample.velocity_B_m_s += fraction * (b.velocity_B_m_s - a.velocity_B_m_s);
+  sample.yaw_rate_rad_s += fraction * (b.yaw_rate_rad_s - a.yaw_rate_rad_s);
+  return sample;
+}
+
+void OdometryHistory::ForgetBefore(Time time) {
+  while (samples_.size() > 1 && samples_[1].time <= time) samples_.pop_front();
+}
+
+}  // namespace vog

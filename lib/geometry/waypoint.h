@@ -1,0 +1,27 @@
+#pragma once
+
+#include "lib/geometry/pose.h"
+
+namespace vog {
+
+/// Where a hovering vehicle can be told to be: level, at a place, with a heading.
+struct Waypoint {
+  Vec3 position_W_m = Vec3::Zero();
+  double yaw_rad = 0;
+
+  Pose3 X_WB() const { return MakePose(position_W_m, {0, 0, yaw_rad}); }
+};
+
+inline Waypoint WaypointOf(const Pose3& X_WB) { return {X_WB.translation(), YawOf(X_WB)}; }
+
+/// On the straight line and the shorter turn between two waypoints; fraction 0..1.
+inline Waypoint Interpolate(const Waypoint& a, const Waypoint& b, double fraction) {
+  return {a.position_W_m + fraction * (b.position_W_m - a.position_W_m),
+          WrapAngle(a.yaw_rad + fraction * WrapAngle(b.yaw_rad - a.yaw_rad))};
+}
+
+inline double LengthOf(const Waypoint& a, const Waypoint& b) {
+  return (b.position_W_m - a.position_W_m).norm();
+}
+
+}  // namespace vog

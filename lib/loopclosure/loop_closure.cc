@@ -1,0 +1,113 @@
+#include "lib/loopclosure/loop_closure.h"
+
+#include <algorithm>
+#include <array>
+
+#include "lib/geometry/odometry.h"
+
+namespace vog {
+namespace {
+
+std::unordered_set<VoxelKey> CellsAround(const VoxelGrid& cells, const std::vector<Vec3>& points) {
+  std::unordered_set<VoxelKey> occupied;
+  for (const Vec3& p : points) {
+    const VoxelKey key = cells.KeyOf(p);
+    for (int dz = -1; dz <= 1; ++dz)
+      for (int dy = -1; dy <= 1; ++dy)
+        for (int dx = -1; dx <= 1; ++dx) occupied.insert({key.x + dx, key.y + dy, key.z + dz});
+  }
+  return occupied;
+}
+
+Mat6 PlanarTo6(const Mat3& planar) {
+  constexpr int kIndex[3] = {0, 1, 5};
+  Mat6 covariance = Mat6::Zero();
+  for (int row = 0; row < 3; ++row)
+    for (int col = 0; col < 3; ++col) covariance(kIndex[row], kIndex[col]) = planar(row, col);
+  return covariance;
+}
+
+/// Covariance that the drift inside both submaps adds to X_ik, right perturbation.
+Mat6 ContentDrift(const SubmapShape& target, const SubmapShape& source, const Pose3& X_ik) {
+  const Mat3 Ad_ki = PlanarAdjointOf(X_ik.inverse());
+  return PlanarTo6((Ad_ki * target.drift * Ad_ki.transpose() + source.drift) / 3);
+}
+
+LoopClosure Reject(LoopClosure closure, std::string reason) {
+  closure.reason = std::move(reason);
+  return closure;
+}
+
+}  // namespace
+
+SubmapShape::SubmapShape(SubmapPtr submap, LogOddsUnits occupied_from,
+                         const LoopClosureOptions& options, const IcpOptions& icp)
+    : id(submap->id()),
+      drift(submap->drift),
+      cloud(OccupiedPoints(submap->grid, occupied_from, options.min_neighbours),
+            icp.normal_radius_m, Vec3::Zero()),
+      cells(options.cell_m),
+      occupied_cells(CellsAround(cells, cloud.points())) {}
+
+double PredictOverlap(const SubmapShape& target, const SubmapShape& source, const Pose3& X_ik) {
+  if (source.cloud.size() == 0) return 0;
+  std::size_t shared = 0;
+  for (const Vec3& p_k : source.cloud.points())
+    shared += target.occupied_cells.count(target.cells.KeyOf(X_ik * p_k));
+  return static_cast<double>(shared) / static_cast<double>(source.cloud.size());
+}
+
+std::vector<LoopCandidate> FindCandidates(const LoopClosureOptions& options,
+                                          const std::vector<const SubmapShape*>& targets,
+                                          const SubmapShape& source,
+                                          const std::vector<Pose3>& X_ik) {
+  std::vector<LoopCandidate> candidates;
+  for (std::size_t i = 0; i < targets.size(); ++i) {
+    if (source.id - targets[i]->id < options.min_separation) continue;
+    const double overlap = PredictOverlap(*targets[i], source, X_ik[i]);
+    if (overlap >= options.min_predicted_overlap) candidates.push_back({targets[i]->id, overlap});
+  }
+  std::stable_sort(candidates.begin(), candidates.end(), [](const auto& a, const auto& b) {
+    return a.predicted_overlap > b.predicted_overlap;
+  });
+  if (static_cast<int>(candidates.size()) > options.max_candidates)
+    candidates.resize(static_cast<std::size_t>(options.max_candidates));
+  return candidates;
+}
+
+double ChiSquare99(int degrees) {
+  constexpr std::array<double, 7> kLimit = {0, 6.635, 9.210, 11.345, 13.277, 15.086, 16.812};
+  return kLimit.at(static_cast<std::size_t>(degrees));
+}
+
+LoopClosure CloseLoop(const LoopClosureOptions& options, const IcpOptions& icp,
+                      const SubmapShape& target, const SubmapShape& source,
+                      const Pose3& predicted_X_ik, const Mat6& predicted_covariance) {
+  LoopClosure closure;
+  closure.from = target.id;
+  closure.to = source.id;
+  const IcpResult result = Register(icp, target.cloud, source.cloud, predicted_X_ik);
+  closure.constraint.from = target.id;
+  closure.constraint.to = source.id;
+  closure.constraint.X_ik = result.X_ik;
+  closure.overlap = result.overlap;
+  closure.rmse_m = result.rmse_m;
+  closure.constraint.kind = result.degenerate_directions > 0 ? ConstraintKind::kPartialClosure
+                                                             : ConstraintKind::kFullClosure;
+  if (!result.usable) return Reject(closure, "no registration");
+  closure.directions = static_cast<int>(result.basis.cols());
+  if (result.overlap < options.min_overlap) return Reject(closure, "small overlap");
+  if (result.rmse_m > options.max_rmse_m) return Reject(closure, "large residual");
+
+  const Mat6 covariance = result.covariance + ContentDrift(target, source, result.X_ik);
+  closure.constraint.whitening = PartialWhiteningOf(result.basis, covariance);
+  const Vec6 innovation = Log(Ominus(result.X_ik, predicted_X_ik));
+  const Whitening gate = PartialWhiteningOf(result.basis, covariance + predicted_covariance);
+  closure.chi_square = (gate * innovation).squaredNorm();
+  if (closure.chi_square > ChiSquare99(closure.directions))
+    return Reject(closure, "contradicts the graph");
+  closure.accepted = true;
+  return closure;
+}
+
+}  // namespace vog

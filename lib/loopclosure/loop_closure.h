@@ -1,0 +1,91 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <unordered_set>
+#include <vector>
+
+#include "lib/base/config.h"
+#include "lib/geometry/voxel_grid.h"
+#include "lib/posegraph/pose_graph.h"
+#include "lib/registration/icp.h"
+#include "lib/submap/submap.h"
+
+namespace vog {
+
+struct LoopClosureOptions {
+  int min_separation = 2;
+  int max_candidates = 6;
+  double cell_m = 0.5;
+  double min_predicted_overlap = 0.3;
+  double min_overlap = 0.5;
+  double max_rmse_m = 0.12;
+  int min_neighbours = 3;
+
+  void Visit(OptionsVisitor& v) {
+    v("min_separation", min_separation, Between(1, 1e6),
+      "submaps this many numbers apart may close a loop");
+    v("max_candidates", max_candidates, Between(0, 1000), "registrations tried a submap");
+    v("cell_m", cell_m, Between(0.05, 20), "cells in which overlap is predicted");
+    v("min_predicted_overlap", min_predicted_overlap, Between(0, 1),
+      "share of a submap's points that must lie in the other's cells to try a registration");
+    v("min_overlap", min_overlap, Between(0, 1),
+      "share of its points that must find a partner in the registration");
+    v("max_rmse_m", max_rmse_m, Between(0.001, 5), "largest residual of a registration");
+    v("min_neighbours", min_neighbours, Between(0, 26),
+      "occupied voxels with fewer occupied neighbours are taken for noise");
+  }
+};
+
+/// A closed submap as the loop closer sees it.
+struct SubmapShape {
+  SubmapShape(SubmapPtr submap, LogOddsUnits occupied_from, const LoopClosureOptions& options,
+              const IcpOptions& icp);
+
+  SubmapId id;
+  Mat3 drift;               ///< Of the submap's content.
+  RegistrationCloud cloud;  ///< Occupied voxels, in M.
+  VoxelGrid cells;
+  std::unordered_set<VoxelKey> occupied_cells;  ///< With a margin of one cell.
+};
+
+/// A submap that may close a loop, and how much of the new submap it seems to share.
+struct LoopCandidate {
+  SubmapId id;
+  double predicted_overlap;
+};
+
+/// Share of `source`'s points that lie in `target`'s cells.
+double PredictOverlap(const SubmapShape& target, const SubmapShape& source, const Pose3& X_ik);
+
+/// The best candidates by predicted overlap, at most max_candidates, best first.
+std::vector<LoopCandidate> FindCandidates(const LoopClosureOptions& options,
+                                          const std::vector<const SubmapShape*>& targets,
+                                          const SubmapShape& source,
+                                          const std::vector<Pose3>& X_ik);
+
+/// What became of a candidate.
+struct LoopClosure {
+  SubmapId from = 0, to = 0;
+  bool accepted = false;
+  std::string reason;     ///< Why it was rejected.
+  Constraint constraint;  ///< Full or partial; of a rejected one as far as it got.
+  int directions = 0;     ///< Well-conditioned ones.
+  double chi_square = 0;  ///< Against the graph's prediction.
+  double overlap = 0, rmse_m = 0;
+};
+
+/// Registers `source` to `target` and tests the result: enough overlap, small residual, and a
+/// relative pose that does not contradict the graph's prediction `predicted_X_ik` with covariance
+/// `predicted_covariance` (chi-square, 99 %). The constraint's covariance holds the registration's
+/// own and the drift inside both submaps, a third of that at their ends each: their content is a
+/// random walk's mean away from the base.
+LoopClosure CloseLoop(const LoopClosureOptions& options, const IcpOptions& icp,
+                      const SubmapShape& target, const SubmapShape& source,
+                      const Pose3& predicted_X_ik, const Mat6& predicted_covariance);
+
+/// The value that a chi-square variable with `degrees` (1..6) degrees of freedom stays below in 99
+/// % of all cases.
+double ChiSquare99(int degrees);
+
+}  // namespace vog

@@ -1,0 +1,128 @@
+#include "lib/messages/endpoint.h"
+
+#include <algorithm>
+
+#include "lib/base/files.h"
+
+namespace vog {
+namespace {
+
+constexpr std::size_t kChunkBytes = 32000;
+constexpr int kMaxParts = 1 << 14;
+constexpr std::size_t kMaxPartials = 64;
+
+}  // namespace
+
+Endpoint::Endpoint(Bus& bus, std::string process, std::int64_t run_id)
+    : bus_(bus), process_(std::move(process)), run_id_(run_id) {}
+
+void Endpoint::FillHeader(const std::string& channel, Time time, header_t& header) {
+  header.utime_us = ToUtime(time);
+  header.run_id = run_id_;
+  header.epoch = bus_.epoch();
+  header.sequence = next_sequence_[channel]++;
+  header.sender = process_;
+}
+
+bool Endpoint::Accept(const std::string& channel, const header_t& header) {
+  if (run_id_ == 0) run_id_ = header.run_id;
+  if (header.run_id != run_id_) {
+    ++counts_.other_run;
+    return false;
+  }
+  const auto [found, is_first] =
+      heard_.try_emplace({channel, header.sender}, Heard{header.epoch, -1});
+  Heard& heard = found->second;
+  if (header.epoch < heard.epoch ||
+      (header.epoch == heard.epoch && header.sequence <= heard.sequence)) {
+    ++counts_.stale;
+    return false;
+  }
+  if (!is_first && header.epoch == heard.epoch)
+    counts_.missed += header.sequence - heard.sequence - 1;
+  heard = {header.epoch, header.sequence};
+  ++counts_.received;
+  return true;
+}
+
+void Endpoint::PublishChunks(const Channel<chunk_t>& channel, std::int64_t item,
+                             std::int64_t version, const std::vector<std::uint8_t>& bytes,
+                             Time time) {
+  chunk_t chunk{};
+  chunk.item = item;
+  chunk.version = version;
+  chunk.parts = static_cast<int>((bytes.size() + kChunkBytes - 1) / kChunkBytes);
+  chunk.crc32 = Crc32(AsText(bytes));
+  for (chunk.part = 0; chunk.part < chunk.parts; ++chunk.part) {
+    const std::size_t from = chunk.part * kChunkBytes;
+    const std::size_t to = std::min(bytes.size(), from + kChunkBytes);
+    chunk.bytes.assign(bytes.begin() + from, bytes.begin() + to);
+    chunk.size = static_cast<int>(chunk.bytes.size());
+    FillHeader(channel.name, time, chunk.header);
+    bus_.PublishPaced(channel.name, Encode(chunk));
+  }
+}
+
+void Endpoint::ReportStatus(Report report) {
+  bus_.Every(std::chrono::seconds(1), [this, report](Time now) { PublishStatus(now, report); });
+}
+
+void Endpoint::PublishStatus(Time now, const Report& report) {
+  std::map<std::string, std::int64_t> counters = {{"received", counts_.received},
+                                                  {"malformed", counts_.malformed},
+                                                  {"other_run", counts_.other_run},
+                                                  {"stale", counts_.stale},
+                                                  {"missed", counts_.missed}};
+  status_t status{};
+  status.process = process_;
+  status.health = report(counters);
+  for (const auto& [name, value] : counters) {
+    counter_t counter{};
+    counter.name = name;
+    counter.value = value;
+    status.counter.push_back(counter);
+  }
+  status.counters = static_cast<int>(status.counter.size());
+  Publish(outputs::kStatus, status, now);
+}
+
+std::optional<ChunkAssembler::Whole> ChunkAssembler::Add(const chunk_t& chunk) {
+  if (chunk.parts < 1 || chunk.parts > kMaxParts || chunk.part < 0 || chunk.part >= chunk.parts) {
+    ++dropped_;
+    return std::nullopt;
+  }
+  const auto found = partials_.find(chunk.item);
+  if (found == partials_.end() || found->second.epoch != chunk.header.epoch ||
+      found->second.version != chunk.version || found->second.crc32 != chunk.crc32 ||
+      static_cast<int>(found->second.parts.size()) != chunk.parts) {
+    partials_[chunk.item] = {
+        chunk.header.epoch, chunk.version,
+        chunk.crc32,        std::vector<std::vector<std::uint8_t>>(chunk.parts),
+        chunk.parts,        order_++};
+    LimitPartials();
+  }
+  Partial& partial = partials_[chunk.item];
+  if (!partial.parts[chunk.part].empty()) return std::nullopt;
+  partial.parts[chunk.part] = chunk.bytes;
+  if (chunk.bytes.empty() || --partial.missing > 0) return std::nullopt;
+  Whole whole{chunk.item, chunk.version, {}};
+  for (const auto& part : partial.parts)
+    whole.bytes.insert(whole.bytes.end(), part.begin(), part.end());
+  partials_.erase(chunk.item);
+  if (Crc32(AsText(whole.bytes)) != static_cast<std::uint32_t>(chunk.crc32)) {
+    ++dropped_;
+    return std::nullopt;
+  }
+  return whole;
+}
+
+void ChunkAssembler::LimitPartials() {
+  if (partials_.size() <= kMaxPartials) return;
+  const auto oldest = std::min_element(
+      partials_.begin(), partials_.end(),
+      [](const auto& a, const auto& b) { return a.second.order < b.second.order; });
+  partials_.erase(oldest);
+  ++dropped_;
+}
+
+}  // namespace vog

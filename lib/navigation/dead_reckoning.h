@@ -1,0 +1,73 @@
+#pragma once
+
+#include <optional>
+
+#include "lib/base/config.h"
+#include "lib/geometry/odometry.h"
+#include "lib/navigation/records.h"
+
+namespace vog {
+
+struct DeadReckoningOptions {
+  double dvl_sigma_m_s = 0.066;
+  double dvl_period_s = 0.2;
+  double no_lock_sigma_m_s = 0.15;
+  double lock_lost_after_s = 1.0;
+  double gyro_noise_rad_rt_s = 3.4e-4;
+  double depth_gain = 0.2;
+
+  void Visit(OptionsVisitor& v) {
+    v("dvl_sigma_m_s", dvl_sigma_m_s, Between(1e-4, 10), "of one velocity of the DVL");
+    v("dvl_period_s", dvl_period_s, Between(0.01, 60), "between two velocities");
+    v("no_lock_sigma_m_s", no_lock_sigma_m_s, Between(1e-3, 10),
+      "of the velocity that is assumed without bottom lock");
+    v("lock_lost_after_s", lock_lost_after_s, Between(0.05, 600),
+      "a velocity this old is no longer trusted");
+    v("gyro_noise_rad_rt_s", gyro_noise_rad_rt_s, Between(0, 1), "angle random walk of the gyro");
+    v("depth_gain", depth_gain, Between(0.01, 1),
+      "share of a depth reading that corrects the predicted depth");
+  }
+};
+
+/// Odometry from the pose that the vehicle's own computer reckons: adds the covariance that eq. 8's
+/// drift has gathered since the start, a step of `scan_period_s` at a time.
+class VehicleNavTracker {
+ public:
+  VehicleNavTracker(const DriftOptions& drift, double scan_period_s, std::int64_t segment);
+
+  /// @pre records come in order of time.
+  OdometrySample Add(const VehicleNavRecord& record);
+
+ private:
+  DriftOptions drift_;
+  double scan_period_s_;
+  std::int64_t segment_;
+  std::optional<OdometrySample> last_;
+};
+
+/// Odometry from the instruments: the gyro turns, the DVL's velocity moves, depth and attitude are
+/// taken as measured. Without bottom lock the last velocity holds for a while, then none; the
+/// covariance grows faster meanwhile. Starts at the origin of O unless it is told a fix.
+class DeadReckoner {
+ public:
+  DeadReckoner(const DeadReckoningOptions& options, std::int64_t segment);
+
+  /// Position and heading from elsewhere. Taken only before the first sample.
+  void SetFix(const Pose3& X_OB);
+  void Add(const DvlRecord& record);
+  void Add(const DepthRecord& record);
+  /// Moves on to the record's time. Nothing before the first depth, and for the record that starts
+  /// it.
+  std::optional<OdometrySample> Add(const ImuRecord& record);
+
+ private:
+  bool HasLock(Time time) const;
+
+  DeadReckoningOptions options_;
+  OdometrySample state_;
+  bool is_started_ = false;
+  std::optional<double> z_m_;
+  std::optional<DvlRecord> velocity_;  // The last valid one.
+};
+
+}  // namespace vog

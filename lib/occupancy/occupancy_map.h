@@ -1,0 +1,128 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "lib/geometry/pose.h"
+#include "lib/geometry/voxel_grid.h"
+
+namespace vog {
+
+/// Log-odds of occupancy where nothing was observed, which is not log-odds 0.
+inline constexpr float kUnknownLogOdds = std::numeric_limits<float>::quiet_NaN();
+
+inline bool IsKnown(float log_odds) { return log_odds == log_odds; }
+
+enum class VoxelState { kUnknown, kFree, kOccupied };
+
+/// A box of voxels, both corners included.
+struct VoxelBox {
+  VoxelKey min, max;
+
+  std::int64_t size_x() const { return std::int64_t{max.x} - min.x + 1; }
+  std::int64_t size_y() const { return std::int64_t{max.y} - min.y + 1; }
+  std::int64_t size_z() const { return std::int64_t{max.z} - min.z + 1; }
+  std::size_t count() const { return static_cast<std::size_t>(size_x() * size_y() * size_z()); }
+  bool Contains(const VoxelKey& key) const {
+    return key.x >= min.x && key.x <= max.x && key.y >= min.y && key.y <= max.y && key.z >= min.z &&
+           key.z <= max.z;
+  }
+  /// Place of a voxel in an array of the box: x runs fastest, then y. @pre Contains(key).
+  std::size_t IndexOf(const VoxelKey& key) const {
+    return static_cast<std::size_t>(
+        (std::int64_t{key.z - min.z} * size_y() + (key.y - min.y)) * size_x() + (key.x - min.x));
+  }
+};
+
+/// Calls `visit(voxel)` for each voxel of `box`, in the order of VoxelBox::IndexOf.
+template <class Visit>
+void ForEachVoxel(const VoxelBox& box, Visit visit) {
+  for (std::int32_t z = box.min.z; z <= box.max.z; ++z)
+    for (std::int32_t y = box.min.y; y <= box.max.y; ++y)
+      for (std::int32_t x = box.min.x; x <= box.max.x; ++x) visit(VoxelKey{x, y, z});
+}
+
+/// The smallest box of voxels that holds `bounds_W`.
+inline VoxelBox VoxelsOf(const VoxelGrid& grid, const Eigen::AlignedBox3d& bounds_W) {
+  return {grid.KeyOf(bounds_W.min()), grid.KeyOf(bounds_W.max())};
+}
+
+/// A voxel on a ray.
+struct RayVoxel {
+  VoxelKey key;
+  float entered_m = 0;  ///< Distance from the ray's origin at which it enters the voxel.
+  float log_odds = kUnknownLogOdds;
+};
+
+/// All that a planner or an evaluation may ask of a map, in W. Answers are log-odds of occupancy;
+/// kUnknownLogOdds where nothing was observed. Queries are const but may fill caches: use a map
+/// from one thread at a time.
+class OccupancyMap {
+ public:
+  virtual ~OccupancyMap() = default;
+
+  /// The answer at each point itself. @pre the spans are of one size.
+  virtual void LogOddsAt(std::span<const Vec3> points_W, std::span<float> log_odds) const = 0;
+
+  /// The answer at the centre of each voxel of grid(). @pre the spans are of one size.
+  virtual void LogOddsOf(std::span<const VoxelKey> voxels, std::span<float> log_odds) const = 0;
+
+  /// Replaces `log_odds` by the answers at the centres of all voxels of `box`, in the order of
+  /// VoxelBox::IndexOf.
+  virtual void LogOddsIn(const VoxelBox& box, std::vector<float>& log_odds) const = 0;
+
+  /// Replaces `ray` by the voxels from `origin_W` along the unit vector `direction_W`, up to
+  /// `range_m` or to the first occupied one, which is included.
+  virtual void CastRay(const Vec3& origin_W, const Vec3& direction_W, double range_m,
+                       std::vector<RayVoxel>& ray) const = 0;
+
+  /// Grows whenever an answer may have changed.
+  virtual std::int64_t revision() const = 0;
+
+  const VoxelGrid& grid() const { return grid_; }
+
+  bool IsOccupied(float log_odds) const { return log_odds >= occupied_from_; }
+  bool IsFree(float log_odds) const { return log_odds < occupied_from_; }
+  VoxelState StateOf(float log_odds) const {
+    return IsOccupied(log_odds) ? VoxelState::kOccupied
+           : IsFree(log_odds)   ? VoxelState::kFree
+                                : VoxelState::kUnknown;
+  }
+
+ protected:
+  OccupancyMap(double voxel_size_m, float occupied_from)
+      : grid_(voxel_size_m), occupied_from_(occupied_from) {}
+
+  /// The voxel loops of LogOddsOf(), LogOddsIn() and CastRay() over a map's
+  /// `log_odds_of(VoxelKey)`.
+  template <class LogOddsOfVoxel>
+  static void ReadVoxels(std::span<const VoxelKey> voxels, std::span<float> log_odds,
+                         LogOddsOfVoxel log_odds_of) {
+    for (std::size_t i = 0; i < voxels.size(); ++i) log_odds[i] = log_odds_of(voxels[i]);
+  }
+  template <class LogOddsOfVoxel>
+  static void ReadBox(const VoxelBox& box, std::vector<float>& log_odds,
+                      LogOddsOfVoxel log_odds_of) {
+    log_odds.resize(box.count());
+    std::size_t i = 0;
+    ForEachVoxel(box, [&](const VoxelKey& voxel) { log_odds[i++] = log_odds_of(voxel); });
+  }
+  template <class LogOddsOfVoxel>
+  void WalkRay(const Vec3& origin_W, const Vec3& direction_W, double range_m,
+               std::vector<RayVoxel>& ray, LogOddsOfVoxel log_odds_of) const {
+    ray.clear();
+    WalkVoxels(grid_, origin_W, direction_W, range_m, [&](const VoxelKey& key, double entered_m) {
+      const float log_odds = log_odds_of(key);
+      ray.push_back({key, static_cast<float>(entered_m), log_odds});
+      return !IsOccupied(log_odds);
+    });
+  }
+
+ private:
+  VoxelGrid grid_;
+  float occupied_from_;
+};
+
+}  // namespace vog

@@ -1,0 +1,87 @@
+#pragma once
+
+#include "lib/base/config.h"
+#include "lib/collision/collision_checker.h"
+#include "lib/geometry/pose.h"
+
+namespace vog {
+
+/// The box that is to be explored: the vehicle's centre stays inside, and only unknown voxels
+/// inside count as gain. Default: the propeller's, 12 x 7 x 3.5 m.
+struct ExplorationOptions {
+  Vec3 min_m = {-6, -3.5, -1.75};
+  Vec3 max_m = {6, 3.5, 1.75};
+
+  void Visit(OptionsVisitor& v) {
+    v("min_m", min_m, Between(-1e4, 1e4), "lower corner of the exploration box in W");
+    v("max_m", max_m, Between(-1e4, 1e4), "upper corner");
+  }
+
+  Eigen::AlignedBox3d box_W() const { return {min_m, max_m}; }
+
+  /// @throws UsageError if the box is empty.
+  void Validate() const {
+    if (!(max_m.array() > min_m.array()).all())
+      throw UsageError("exploration.max_m must be larger than exploration.min_m on every axis");
+  }
+};
+
+enum class PlannerKind { kNextBestView };
+enum class UnknownSpace { kBlocks, kPassable };
+/// c of eq. 7: the length of the edge, as it prints, or of the path from the root.
+enum class Discount { kEdge, kRoot };
+
+struct PlannerOptions {
+  PlannerKind kind = PlannerKind::kNextBestView;
+  UnknownSpace unknown = UnknownSpace::kBlocks;
+  Discount discount = Discount::kEdge;
+  double lambda_1_m = 0.5;
+  double max_edge_m = 2;
+  int tree_nodes = 15;
+  int max_tree_nodes = 200;
+  int max_samples = 2000;
+  double range_m = 5;
+  double ray_step_deg = 1.5;
+  int zero_gain_voxels = 50;
+  Vec3 hull_size_m = {1.0, 1.0, 0.5};
+  double clearance_m = 0.15;
+  double unknown_clearance_m = 0.05;
+  double uncertainty_sigmas = 1;
+  double bubble_radius_m = 1.2;
+  double goal_tolerance_m = 0.15;
+  double goal_tolerance_rad = 0.1;
+
+  void Visit(OptionsVisitor& v) {
+    v("kind", kind, Names<PlannerKind>{{PlannerKind::kNextBestView, "nbvp"}},
+      "receding-horizon next-best-view tree");
+    v("unknown", unknown,
+      Names<UnknownSpace>{{UnknownSpace::kBlocks, "blocks"}, {UnknownSpace::kPassable, "passable"}},
+      "whether the vehicle may move through space that nobody has seen");
+    v("discount", discount, Names<Discount>{{Discount::kEdge, "edge"}, {Discount::kRoot, "root"}},
+      "the cost in eq. 7: length of the edge, or of the path from the root");
+    v("lambda_1_m", lambda_1_m, Between(0, 100), "lambda of eq. 7");
+    v("max_edge_m", max_edge_m, Between(0.1, 100), "longest edge of the tree");
+    v("tree_nodes", tree_nodes, Between(1, 100000), "N_max");
+    v("max_tree_nodes", max_tree_nodes, Between(1, 100000), "N_tol, used while no view gains");
+    v("max_samples", max_samples, Between(1, 1e7), "samples tried for one tree at most");
+    v("range_m", range_m, Between(0.1, 500), "d_planner_max: how far a view is counted");
+    v("ray_step_deg", ray_step_deg, Between(0.05, 30), "angle between the rays of a view");
+    v("zero_gain_voxels", zero_gain_voxels, Between(0, 1e9), "a smaller view counts as nothing");
+    v("hull_size_m", hull_size_m, Between(0.01, 100), "the vehicle's box");
+    v("clearance_m", clearance_m, Between(0, 10), "kept between the box and occupied voxels");
+    v("unknown_clearance_m", unknown_clearance_m, Between(0, 10), "and unknown ones");
+    v("uncertainty_sigmas", uncertainty_sigmas, Between(0, 10),
+      "the first clearance grows by this many standard deviations of the vehicle's place relative "
+      "to the submaps nearby");
+    v("bubble_radius_m", bubble_radius_m, Between(0, 100),
+      "unknown space taken for free at the start");
+    v("goal_tolerance_m", goal_tolerance_m, Between(0.01, 5), "an edge is done this near its end");
+    v("goal_tolerance_rad", goal_tolerance_rad, Between(0.01, 3), "and turned this near to it");
+  }
+
+  CollisionRules collision_rules() const {
+    return {hull_size_m, clearance_m, unknown_clearance_m, unknown == UnknownSpace::kBlocks};
+  }
+};
+
+}  // namespace vog

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "lib/geometry/waypoint.h"
+#include "lib/occupancy/occupancy_map.h"
+#include "lib/scan/sonar.h"
+
+namespace vog {
+
+/// Visible(M, xi) of eq. 7: the distinct unknown voxels inside the exploration box that the sonar,
+/// with its whole sweep, would see from a pose within a range; occupied voxels block.
+class ViewGain {
+ public:
+  ViewGain(const SonarOptions& sonar, double range_m, double ray_step_deg,
+           const Eigen::AlignedBox3d& box_W);
+
+  /// Cost: one ray cast a ray, see rays().
+  int Visible(const OccupancyMap& map, const Waypoint& at) const;
+
+  std::size_t rays() const { return directions_B_.size(); }
+
+ private:
+  /// Marks voxels around a view, so that each counts once.
+  class Marks {
+   public:
+    void Begin(const VoxelBox& box);
+    bool Mark(const VoxelKey& key);
+
+   private:
+    VoxelBox box_;
+    std::vector<std::uint32_t> stamps_;
+    std::uint32_t stamp_ = 0;
+  };
+
+  double min_range_m_, range_m_;
+  Vec3 p_BS_m_;
+  std::vector<Vec3> directions_B_;
+  Eigen::AlignedBox3d box_W_;
+  mutable Marks marks_;
+  mutable std::vector<RayVoxel> ray_;
+};
+
+}  // namespace vog

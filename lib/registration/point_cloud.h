@@ -1,0 +1,32 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "lib/geometry/pose.h"
+#include "lib/registration/kd_tree.h"
+
+namespace vog {
+
+/// Points with a surface normal each and a search tree over them. Not changed after it is made.
+class RegistrationCloud {
+ public:
+  /// Normals are those of the plane through each point's neighbours within `normal_radius_m`,
+  /// turned to the side of `seen_from`. Points without a plane get a zero normal. O(n log n).
+  RegistrationCloud(std::vector<Vec3> points, double normal_radius_m, const Vec3& seen_from);
+  RegistrationCloud(const RegistrationCloud&) = delete;
+  RegistrationCloud& operator=(const RegistrationCloud&) = delete;
+
+  const std::vector<Vec3>& points() const { return points_; }
+  const std::vector<Vec3>& normals() const { return normals_; }
+  std::size_t size() const { return points_.size(); }
+
+  /// The point nearest to `p`. @pre the cloud is not empty.
+  KdTree::Neighbour NearestTo(const Vec3& p) const { return tree_->NearestTo(p); }
+
+ private:
+  std::vector<Vec3> points_, normals_;
+  std::unique_ptr<KdTree> tree_;
+};
+
+}  // namespace vog

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "lib/loopclosure/loop_closure.h"
+#include "lib/posegraph/pose_graph.h"
+#include "lib/submap/sensor_model.h"
+#include "lib/submap/submap.h"
+
+namespace vog {
+
+struct SlamOptions {
+  bool loop_closures = true;
+  double prior_sigma_z_m = 0.02;
+  double prior_sigma_angle_rad = 0.005;
+
+  void Visit(OptionsVisitor& v) {
+    v("loop_closures", loop_closures, "look for loop closures; without, poses are odometry's");
+    v("prior_sigma_z_m", prior_sigma_z_m, Between(1e-4, 10), "of a node's measured depth");
+    v("prior_sigma_angle_rad", prior_sigma_angle_rad, Between(1e-5, 3),
+      "of a node's measured roll and pitch");
+  }
+};
+
+/// All options of the SLAM part.
+struct SlamSettings {
+  SlamOptions slam;
+  LoopClosureOptions loop_closure;
+  IcpOptions registration;
+  PoseGraphOptions pose_graph;
+  SensorModelOptions sensor_model;
+
+  static SlamSettings From(const Config& config);
+};
+
+/// Submap SLAM, section IV-A: each closed submap becomes a node, joined to the one before by
+/// odometry and to earlier ones by registrations that passed their tests; then eq. 6 is solved.
+/// Pure: the same submaps in the same order give the same poses.
+class Slam {
+ public:
+  explicit Slam(const SlamSettings& settings);
+  ~Slam();
+
+  /// Adds the next submap and solves. @pre submaps come in the order of their numbers, none left
+  /// out, the first one with any number.
+  void AddSubmap(const SubmapPtr& submap);
+
+  /// Grows by one with every submap.
+  std::int64_t version() const { return version_; }
+  const PoseGraph& graph() const { return graph_; }
+  const std::map<NodeId, Pose3>& X_WM() const { return graph_.nodes(); }
+
+  /// A closure of the graph, and its number there; a rejected one has none.
+  struct Closure {
+    LoopClosure loop;
+    int constraint = -1;
+  };
+  /// Every closure that was tried, in order.
+  const std::vector<Closure>& closures() const { return closures_; }
+
+  /// Horizontal standard deviation of each node relative to the newest, by the graph [m].
+  const std::map<NodeId, double>& sigma_xy_m() const { return sigma_xy_m_; }
+
+ private:
+  void AddNode(const Submap& submap);
+  void CloseLoops(const SubmapShape& source);
+  std::vector<Mat6> PredictCovariances(const std::vector<LoopCandidate>& candidates,
+                                       NodeId newest) const;
+  bool DropContradicting();
+  void UpdateSigmas();
+
+  SlamSettings settings_;
+  LogOddsUnits occupied_from_;
+  PoseGraph graph_;
+  std::map<SubmapId, std::unique_ptr<SubmapShape>> shapes_;
+  std::vector<Closure> closures_;
+  std::map<NodeId, double> sigma_xy_m_;
+  std::int64_t version_ = 0;
+};
+
+}  // namespace vog

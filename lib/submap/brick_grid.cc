@@ -1,0 +1,125 @@
+#include "lib/submap/brick_grid.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace vog {
+namespace {
+
+// Bricks added around the table when it grows, so that it seldom does.
+constexpr std::int32_t kMargin = 4;
+constexpr std::uint64_t kMaxTable = 1u << 26;
+
+}  // namespace
+
+void BrickGrid::GrowTo(const VoxelKey& brick) {
+  const bool empty = table_.empty();
+  const auto end = [&](int axis, std::int32_t origin) {
+    return origin + static_cast<std::int32_t>(size_[axis]);
+  };
+  const auto lower = [&](std::int32_t b, std::int32_t origin) {
+    return empty ? b - kMargin : b < origin ? b - kMargin : origin;
+  };
+  const auto upper = [&](std::int32_t b, std::int32_t last) {
+    return empty || b >= last ? b + kMargin + 1 : last;
+  };
+  const VoxelKey origin{lower(brick.x, origin_.x), lower(brick.y, origin_.y),
+                        lower(brick.z, origin_.z)};
+  const std::array<std::uint32_t, 3> size = {
+      static_cast<std::uint32_t>(upper(brick.x, end(0, origin_.x)) - origin.x),
+      static_cast<std::uint32_t>(upper(brick.y, end(1, origin_.y)) - origin.y),
+      static_cast<std::uint32_t>(upper(brick.z, end(2, origin_.z)) - origin.z)};
+  const std::uint64_t count = std::uint64_t{size[0]} * size[1] * size[2];
+  if (count > kMaxTable) throw std::length_error("a submap is too large");
+  std::vector<std::uint16_t> table(count, kNoBrick);
+  const std::uint32_t dx = origin_.x - origin.x, dy = origin_.y - origin.y,
+                      dz = origin_.z - origin.z;
+  for (std::uint32_t z = 0; z < size_[2]; ++z)
+    for (std::uint32_t y = 0; y < size_[1]; ++y)
+      std::copy_n(table_.begin() + (z * size_[1] + y) * size_[0], size_[0],
+                  table.begin() + ((z + dz) * size[1] + y + dy) * size[0] + dx);
+  origin_ = origin;
+  size_ = size;
+  table_ = std::move(table);
+}
+
+std::uint16_t BrickGrid::BrickOf(const VoxelKey& key) {
+  const VoxelKey brick{key.x >> kBrickBits, key.y >> kBrickBits, key.z >> kBrickBits};
+  const auto outside = [&] {
+    return TableCoordinate(key.x, origin_.x) >= size_[0] ||
+           TableCoordinate(key.y, origin_.y) >= size_[1] ||
+           TableCoordinate(key.z, origin_.z) >= size_[2];
+  };
+  if (outside()) GrowTo(brick);
+  std::uint16_t& number =
+      table_[(TableCoordinate(key.z, origin_.z) * size_[1] + TableCoordinate(key.y, origin_.y)) *
+                 size_[0] +
+             TableCoordinate(key.x, origin_.x)];
+  if (number == kNoBrick) {
+    if (bricks_.size() == kNoBrick) throw std::length_error("a submap has too many bricks");
+    number = static_cast<std::uint16_t>(bricks_.size());
+    bricks_.emplace_back().fill(kUnknownUnits);
+  }
+  return number;
+}
+
+LogOddsUnits& BrickGrid::At(const VoxelKey& key) {
+  return ValueAt(BrickOf(key), IndexInBrick(key));
+}
+
+void BrickGrid::FillInBrick(const VoxelKey& corner, std::int32_t side, LogOddsUnits units) {
+  Brick& brick = bricks_[BrickOf(corner)];
+  for (std::int32_t z = 0; z < side; ++z)
+    for (std::int32_t y = 0; y < side; ++y)
+      std::fill_n(brick.begin() + IndexInBrick({corner.x, corner.y + y, corner.z + z}), side,
+                  units);
+}
+
+Eigen::AlignedBox3d BrickGrid::Bounds() const {
+  Eigen::AlignedBox3d bounds;
+  const Vec3 half = Vec3::Constant(grid_.voxel_size_m() / 2);
+  ForEach([&](const VoxelKey& key, LogOddsUnits) {
+    const Vec3 center = grid_.CenterOf(key);
+    bounds.extend(center - half);
+    bounds.extend(center + half);
+  });
+  return bounds;
+}
+
+bool BrickGrid::HasBrickAt(const VoxelKey& key) const {
+  const std::uint32_t x = TableCoordinate(key.x, origin_.x), y = TableCoordinate(key.y, origin_.y),
+                      z = TableCoordinate(key.z, origin_.z);
+  return x < size_[0] && y < size_[1] && z < size_[2] &&
+         table_[(z * size_[1] + y) * size_[0] + x] != kNoBrick;
+}
+
+BrickGrid::VoxelBounds BrickGrid::BrickBox() const {
+  VoxelBounds bounds;
+  for (std::uint32_t z = 0; z < size_[2]; ++z)
+    for (std::uint32_t y = 0; y < size_[1]; ++y)
+      for (std::uint32_t x = 0; x < size_[0]; ++x) {
+        if (table_[(z * size_[1] + y) * size_[0] + x] == kNoBrick) continue;
+        const VoxelKey min = CornerOf(x, y, z);
+        const VoxelKey max{min.x + kBrickSide - 1, min.y + kBrickSide - 1, min.z + kBrickSide - 1};
+        if (bounds.is_empty) bounds = {min, max, false};
+        bounds.min = {std::min(bounds.min.x, min.x), std::min(bounds.min.y, min.y),
+                      std::min(bounds.min.z, min.z)};
+        bounds.max = {std::max(bounds.max.x, max.x), std::max(bounds.max.y, max.y),
+                      std::max(bounds.max.z, max.z)};
+      }
+  return bounds;
+}
+
+Eigen::AlignedBox3d BrickGrid::BrickBounds() const {
+  const VoxelBounds box = BrickBox();
+  if (box.is_empty) return {};
+  const double side_m = grid_.voxel_size_m();
+  return {side_m * Vec3(box.min.x, box.min.y, box.min.z),
+          side_m * Vec3(box.max.x + 1, box.max.y + 1, box.max.z + 1)};
+}
+
+std::size_t BrickGrid::memory_bytes() const {
+  return bricks_.capacity() * sizeof(Brick) + table_.capacity() * sizeof(std::uint16_t);
+}
+
+}  // namespace vog

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <octomap/OcTree.h>
+
+#include <cstdint>
+#include <vector>
+
+#include "lib/scan/scan.h"
+#include "lib/submap/brick_grid.h"
+#include "lib/submap/sensor_model.h"
+
+namespace vog {
+
+/// Adds scans to a grid, eq. 2-4: log-odds are added and clamped; in one scan a voxel is updated at
+/// most once, and a hit wins over a pass. Voxel for voxel and bit for bit what OctoMap's
+/// insertPointCloud does with the same end points, except that nothing is cleared nearer than the
+/// window's start.
+class ScanInserter {
+ public:
+  ScanInserter(const SensorModel& model, double voxel_size_m);
+
+  /// Adds `scan`, taken with the body at `X_MB`, to `grid`. @pre always the same grid: the inserter
+  /// remembers which of its voxels a scan has touched.
+  void Insert(const Scan& scan, const Pose3& X_MB, BrickGrid& grid);
+
+  /// The same for a cloud of end points seen from `origin_M`, in M.
+  void Insert(const std::vector<Vec3>& points_M, const Vec3& origin_M, BrickGrid& grid);
+
+ private:
+  struct Segment {
+    octomap::point3d from, to;
+    bool hit;
+  };
+
+  void Insert(const std::vector<Segment>& segments, BrickGrid& grid);
+  void Update(const VoxelKey& key, LogOddsUnits change, BrickGrid& grid);
+
+  SensorModel model_;
+  octomap::OcTree ray_keys_;  // Never filled: it only walks rays.
+  octomap::KeyRay keys_;
+  // The scan that last touched each voxel, parallel to the grid's bricks.
+  std::vector<std::vector<std::uint32_t>> touched_;
+  std::uint32_t scan_ = 0;
+};
+
+}  // namespace vog

@@ -1,0 +1,93 @@
+#include "lib/submap/submap_builder.h"
+
+#include <cmath>
+#include <utility>
+
+namespace vog {
+namespace {
+
+/// Puts a covariance of (x, y, yaw) into one of all six, the other three as measured at both ends.
+Mat6 WithAbsolutes(const Mat3& planar, const DriftOptions& drift) {
+  constexpr int kIndex[3] = {0, 1, 5};
+  Mat6 covariance = Mat6::Zero();
+  for (int row = 0; row < 3; ++row)
+    for (int col = 0; col < 3; ++col) covariance(kIndex[row], kIndex[col]) = planar(row, col);
+  const double angle = drift.sigma_roll_pitch_rad * drift.sigma_roll_pitch_rad;
+  covariance(2, 2) += 2 * drift.sigma_z_m * drift.sigma_z_m;
+  covariance(3, 3) += 2 * angle;
+  covariance(4, 4) += 2 * angle;
+  return covariance;
+}
+
+}  // namespace
+
+OdometryEdge MakeOdometryEdge(const SubmapOptions& options, const DriftOptions& drift,
+                              const OdometrySample& from, const OdometrySample& newest,
+                              const OdometrySample& to) {
+  if (from.segment == to.segment)
+    return {Ominus(from.X_OB, to.X_OB), WithAbsolutes(MotionCovariance(from, to), drift)};
+  // Yaw, x and y of the new segment start anywhere; z, roll and pitch are still true.
+  const Pose3 X_BN = MakePose({0, 0, to.X_OB.translation().z() - newest.X_OB.translation().z()});
+  const double gap_s = std::abs(ToSeconds(to.time - newest.time));
+  const double moved = std::pow(options.gap_speed_m_s * gap_s, 2) + 1e-4;
+  const double turned = std::pow(options.gap_yaw_rate_rad_s * gap_s, 2) + 1e-6;
+  const Mat3 gap = Vec3(moved, moved, turned).asDiagonal();
+  const Mat3 planar = ComposePlanarCovariance(MotionCovariance(from, newest), X_BN, gap);
+  return {Ominus(from.X_OB, newest.X_OB) * X_BN, WithAbsolutes(planar, drift)};
+}
+
+SubmapBuilder::SubmapBuilder(const SubmapOptions& options, const SensorModelOptions& model,
+                             const DriftOptions& drift)
+    : options_(options), model_(model), drift_(drift) {}
+
+SubmapPtr SubmapBuilder::Add(const RegisteredScan& registered) {
+  SubmapPtr closed;
+  if (open_ && registered.odometry.segment != open_->base.odometry.segment) closed = Close();
+  if (!open_) Open(registered);
+  const OdometrySample& base = open_->base.odometry;
+  X_MB_ = Ominus(base.X_OB, registered.odometry.X_OB);
+  inserter_->Insert(registered.scan, X_MB_, open_->grid);
+  open_->last_scan = registered.scan.time;
+  open_->drift = MotionCovariance(base, registered.odometry);
+  ++open_->scans;
+  newest_ = registered.odometry;
+  if (!closed && IsFull()) closed = Close();
+  return closed;
+}
+
+SubmapPtr SubmapBuilder::Close() {
+  if (!open_) return nullptr;
+  previous_ = Tail{open_->id(), open_->base.odometry, newest_};
+  inserter_.reset();
+  return std::exchange(open_, nullptr);
+}
+
+void SubmapBuilder::ContinueAfter(const Submap& last) {
+  previous_ = Tail{last.id(), last.base.odometry, last.base.odometry};
+}
+
+void SubmapBuilder::Open(const RegisteredScan& registered) {
+  open_ = std::make_shared<Submap>(Submap{.base = {},
+                                          .first_scan = registered.scan.time,
+                                          .last_scan = registered.scan.time,
+                                          .grid = BrickGrid(options_.voxel_size_m)});
+  open_->base.odometry = registered.odometry;
+  if (previous_) {
+    open_->base.id = previous_->id + 1;
+    open_->base.edge = EdgeTo(registered.odometry);
+  }
+  inserter_.emplace(SensorModel(model_), options_.voxel_size_m);
+}
+
+OdometryEdge SubmapBuilder::EdgeTo(const OdometrySample& base) const {
+  return MakeOdometryEdge(options_, drift_, previous_->base, previous_->newest, base);
+}
+
+bool SubmapBuilder::IsFull() const {
+  const Mat3& P = open_->drift;
+  return open_->scans >= options_.scans_per_submap ||
+         std::sqrt(std::max(P(0, 0), P(1, 1))) > options_.max_sigma_xy_m ||
+         std::sqrt(P(2, 2)) > options_.max_sigma_yaw_rad;
+}
+
+}  // namespace vog

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "lib/base/config.h"
+#include "lib/scan/scan.h"
+#include "lib/submap/scan_inserter.h"
+#include "lib/submap/sensor_model.h"
+#include "lib/submap/submap.h"
+
+namespace vog {
+
+/// Section III-B: when a submap is full, and what joins it to the one before.
+struct SubmapOptions {
+  double voxel_size_m = 0.095;
+  int scans_per_submap = 100;
+  double max_sigma_xy_m = 0.5;
+  double max_sigma_yaw_rad = 0.05;
+  double gap_speed_m_s = 0.25;
+  double gap_yaw_rate_rad_s = 0.15;
+
+  void Visit(OptionsVisitor& v) {
+    v("voxel_size_m", voxel_size_m, Between(0.005, 5), "side of a voxel");
+    v("scans_per_submap", scans_per_submap, Between(1, 100000), "a submap is full with these");
+    v("max_sigma_xy_m", max_sigma_xy_m, Between(0.001, 100),
+      "or when the drift since its first scan passes this standard deviation");
+    v("max_sigma_yaw_rad", max_sigma_yaw_rad, Between(1e-5, 3), "or this one");
+    v("gap_speed_m_s", gap_speed_m_s, Between(0, 10),
+      "how fast the vehicle may have moved while navigation was down");
+    v("gap_yaw_rate_rad_s", gap_yaw_rate_rad_s, Between(0, 10), "and how fast it may have turned");
+  }
+};
+
+/// Collects scans into submaps.
+class SubmapBuilder {
+ public:
+  /// `drift` tells how well z, roll and pitch are measured.
+  SubmapBuilder(const SubmapOptions& options, const SensorModelOptions& model,
+                const DriftOptions& drift);
+
+  /// Adds a scan. Returns the submap that this closed: the one before the scan when the scan begins
+  /// a new navigation segment, the one that the scan filled otherwise.
+  SubmapPtr Add(const RegisteredScan& registered);
+
+  /// Closes the open submap as it is; nothing when it has no scan.
+  SubmapPtr Close();
+
+  /// Goes on after submaps of an earlier run of the program: the next id is one after `last`'s.
+  void ContinueAfter(const Submap& last);
+
+  /// The open submap, from its first scan on.
+  const Submap* open() const { return open_ ? open_.get() : nullptr; }
+  /// Pose of the body in the open submap at the newest scan.
+  const Pose3& X_MB() const { return X_MB_; }
+
+ private:
+  struct Tail {
+    SubmapId id;
+    OdometrySample base, newest;
+  };
+
+  void Open(const RegisteredScan& registered);
+  OdometryEdge EdgeTo(const OdometrySample& base) const;
+  bool IsFull() const;
+
+  SubmapOptions options_;
+  SensorModelOptions model_;
+  DriftOptions drift_;
+  std::shared_ptr<Submap> open_;
+  std::optional<ScanInserter> inserter_;  // Of the open submap.
+  Pose3 X_MB_ = Pose3::Identity();
+  std::optional<Tail> previous_;  // The submap before the open one.
+  OdometrySample newest_;
+};
+
+/// The odometry edge between the bases of two submaps: the motion within one segment; over a gap in
+/// the navigation, that of standing still since `newest`, the last sample before the gap, widened
+/// by what the vehicle may have done since.
+OdometryEdge MakeOdometryEdge(const SubmapOptions& options, const DriftOptions& drift,
+                              const OdometrySample& from, const OdometrySample& newest,
+                              const OdometrySample& to);
+
+}  // namespace vog

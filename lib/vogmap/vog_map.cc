@@ -1,0 +1,186 @@
+#include "lib/vogmap/vog_map.h"
+
+#include <array>
+#include <bitset>
+#include <limits>
+#include <numbers>
+
+namespace vog {
+namespace {
+
+constexpr int kBlockBits = 3;
+constexpr int kBlockSide = 1 << kBlockBits;
+
+VoxelKey BlockKeyOf(const VoxelKey& voxel) {
+  return {voxel.x >> kBlockBits, voxel.y >> kBlockBits, voxel.z >> kBlockBits};
+}
+
+int IndexInBlock(const VoxelKey& voxel) {
+  constexpr int kMask = kBlockSide - 1;
+  return (voxel.z & kMask) << (2 * kBlockBits) | (voxel.y & kMask) << kBlockBits |
+         (voxel.x & kMask);
+}
+
+/// No submap has observed the place.
+constexpr std::int32_t kUnknownSum = std::numeric_limits<std::int32_t>::min();
+
+std::int32_t Add(std::int32_t sum, LogOddsUnits units) {
+  if (units == kUnknownUnits) return sum;
+  return sum == kUnknownSum ? units : sum + units;
+}
+
+}  // namespace
+
+/// Answers at the centres of 8 x 8 x 8 global voxels, evaluated when they are asked for.
+struct VogMap::Block {
+  static constexpr int kVoxels = kBlockSide * kBlockSide * kBlockSide;
+
+  std::vector<const Placed*> candidates;         // Submaps that may know a voxel of the block.
+  std::array<std::int32_t, kVoxels> closed_sum;  // Over the closed submaps, unclamped.
+  std::bitset<kVoxels> has_closed_sum;
+  std::array<float, kVoxels> answer;  // With the open submap, clamped.
+  std::bitset<kVoxels> has_answer;    // Of the map's revision below.
+  std::int64_t revision = -1;
+};
+
+VogMap::VogMap(double voxel_size_m, const SensorModel& model)
+    : OccupancyMap(voxel_size_m, ToLogOdds(model.occupied_from)), model_(model) {}
+
+VogMap::~VogMap() = default;
+
+void VogMap::ForgetSums() {
+  blocks_.clear();
+  last_block_ = nullptr;
+  ++revision_;
+}
+
+void VogMap::Place(SubmapPtr submap, const Pose3& X_WM) {
+  const Eigen::AlignedBox3d bounds_M = submap->grid.BrickBounds();
+  const SubmapId id = submap->id();
+  placed_[id] = Placed{std::move(submap), X_WM, X_WM.inverse(), bounds_M};
+  ForgetSums();
+}
+
+void VogMap::Move(const std::vector<std::pair<SubmapId, Pose3>>& poses_WM) {
+  for (const auto& [id, X_WM] : poses_WM) {
+    const auto found = placed_.find(id);
+    if (found == placed_.end()) continue;
+    found->second.X_WM = X_WM;
+    found->second.X_MW = X_WM.inverse();
+  }
+  ForgetSums();
+}
+
+void VogMap::Remove(SubmapId id) {
+  placed_.erase(id);
+  ForgetSums();
+}
+
+void VogMap::SetOpen(const BrickGrid* open, const Pose3& X_WM) {
+  open_ = open;
+  X_open_W_ = X_WM.inverse();
+  ++revision_;
+}
+
+std::vector<SubmapId> VogMap::ids() const {
+  std::vector<SubmapId> ids;
+  for (const auto& [id, placed] : placed_) ids.push_back(id);
+  return ids;
+}
+
+Eigen::AlignedBox3d VogMap::Bounds() const {
+  Eigen::AlignedBox3d bounds_W;
+  const auto extend = [&](const Eigen::AlignedBox3d& box_M, const Pose3& X_WM) {
+    for (int corner = 0; corner < 8; ++corner)
+      bounds_W.extend(X_WM * box_M.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner)));
+  };
+  for (const auto& [id, placed] : placed_) {
+    if (!placed.bounds_M.isEmpty()) extend(placed.submap->grid.Bounds(), placed.X_WM);
+  }
+  if (open_ != nullptr && open_->bricks() > 0) extend(open_->Bounds(), X_open_W_.inverse());
+  return bounds_W;
+}
+
+std::int32_t VogMap::SumAt(std::span<const Placed* const> candidates, const Vec3& p_W) const {
+  std::int32_t sum = kUnknownSum;
+  for (const Placed* placed : candidates) {
+    const BrickGrid& grid = placed->submap->grid;
+    sum = Add(sum, grid.Get(grid.grid().KeyOf(placed->X_MW * p_W)));
+  }
+  return sum;
+}
+
+float VogMap::WithOpen(std::int32_t closed_sum, const Vec3& p_W) const {
+  std::int32_t sum = closed_sum;
+  if (open_ != nullptr) sum = Add(sum, open_->Get(open_->grid().KeyOf(X_open_W_ * p_W)));
+  return sum == kUnknownSum ? kUnknownLogOdds : ToLogOdds(model_.Clamp(sum));
+}
+
+void VogMap::LogOddsAt(std::span<const Vec3> points_W, std::span<float> log_odds) const {
+  std::vector<const Placed*> all;
+  for (const auto& [id, placed] : placed_) all.push_back(&placed);
+  for (std::size_t i = 0; i < points_W.size(); ++i)
+    log_odds[i] = WithOpen(SumAt(all, points_W[i]), points_W[i]);
+}
+
+std::vector<const VogMap::Placed*> VogMap::CandidatesFor(const VoxelKey& block) const {
+  const double side_m = kBlockSide * grid().voxel_size_m();
+  const Vec3 center_W = side_m * Vec3(block.x + 0.5, block.y + 0.5, block.z + 0.5);
+  const double radius_m = side_m * std::numbers::sqrt3 / 2;
+  std::vector<const Placed*> candidates;
+  for (const auto& [id, placed] : placed_) {
+    if (placed.bounds_M.squaredExteriorDistance(placed.X_MW * center_W) <= radius_m * radius_m)
+      candidates.push_back(&placed);
+  }
+  return candidates;
+}
+
+VogMap::Block& VogMap::BlockOf(const VoxelKey& voxel) const {
+  const VoxelKey key = BlockKeyOf(voxel);
+  if (last_block_ != nullptr && key == last_block_key_) return *last_block_;
+  std::unique_ptr<Block>& block = blocks_[key];
+  if (block == nullptr) {
+    block = std::make_unique<Block>();
+    block->candidates = CandidatesFor(key);
+  }
+  last_block_key_ = key;
+  last_block_ = block.get();
+  return *block;
+}
+
+float VogMap::Evaluate(Block& block, int index, const VoxelKey& voxel) const {
+  const Vec3 center_W = grid().CenterOf(voxel);
+  if (!block.has_closed_sum[index]) {
+    block.closed_sum[index] = SumAt(block.candidates, center_W);
+    block.has_closed_sum[index] = true;
+  }
+  block.answer[index] = WithOpen(block.closed_sum[index], center_W);
+  block.has_answer[index] = true;
+  return block.answer[index];
+}
+
+float VogMap::LogOddsOfVoxel(const VoxelKey& voxel) const {
+  Block& block = BlockOf(voxel);
+  if (block.revision != revision_) {
+    block.has_answer.reset();
+    block.revision = revision_;
+  }
+  const int index = IndexInBlock(voxel);
+  return block.has_answer[index] ? block.answer[index] : Evaluate(block, index, voxel);
+}
+
+void VogMap::LogOddsOf(std::span<const VoxelKey> voxels, std::span<float> log_odds) const {
+  ReadVoxels(voxels, log_odds, [this](const VoxelKey& voxel) { return LogOddsOfVoxel(voxel); });
+}
+
+void VogMap::LogOddsIn(const VoxelBox& box, std::vector<float>& log_odds) const {
+  ReadBox(box, log_odds, [this](const VoxelKey& voxel) { return LogOddsOfVoxel(voxel); });
+}
+
+void VogMap::CastRay(const Vec3& origin_W, const Vec3& direction_W, double range_m,
+                     std::vector<RayVoxel>& ray) const {
+  WalkRay(origin_W, direction_W, range_m, ray,
+          [this](const VoxelKey& voxel) { return LogOddsOfVoxel(voxel); });
+}
+
+}  // namespace vog

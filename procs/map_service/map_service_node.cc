@@ -1,0 +1,342 @@
+#include "procs/map_service/map_service_node.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "lib/base/files.h"
+#include "lib/base/log.h"
+#include "lib/bus/lcm_bus.h"
+#include "lib/messages/submap_receiver.h"
+#include "lib/submap/octree_file.h"
+#include "lib/vogmap/merged_grid.h"
+
+namespace vog {
+namespace {
+
+constexpr std::int8_t kRejected = 3;
+// A reply should fit into a few hundred chunks.
+constexpr std::size_t kMaxAnswers = 2'000'000;
+
+void AddAnswer(const Vec3& center_W, float log_odds, map_reply_t& reply) {
+  reply.center_W_m.push_back({static_cast<float>(center_W.x()), static_cast<float>(center_W.y()),
+                              static_cast<float>(center_W.z())});
+  reply.log_odds.push_back(log_odds);
+  ++reply.count;
+}
+
+void AnswerPoints(const VogMap& map, const map_request_t& request, map_reply_t& reply) {
+  std::vector<Vec3> points_W;
+  for (const auto& point : request.point_W_m) points_W.emplace_back(point[0], point[1], point[2]);
+  const bool is_direct = request.method == "direct";
+  if (!is_direct) {
+    for (Vec3& p : points_W) p = map.grid().CenterOf(map.grid().KeyOf(p));
+  }
+  std::vector<float> log_odds(points_W.size());
+  map.LogOddsAt(points_W, log_odds);
+  for (std::size_t i = 0; i < points_W.size(); ++i) AddAnswer(points_W[i], log_odds[i], reply);
+}
+
+void AnswerRay(const VogMap& map, const map_request_t& request, map_reply_t& reply) {
+  const Vec3 direction_W = Eigen::Map<const Vec3>(request.direction_W);
+  std::vector<RayVoxel> ray;
+  map.CastRay(Eigen::Map<const Vec3>(request.origin_W_m), direction_W.normalized(), request.range_m,
+              ray);
+  for (const RayVoxel& voxel : ray)
+    AddAnswer(map.grid().CenterOf(voxel.key), voxel.log_odds, reply);
+}
+
+void AnswerBox(const VogMap& map, const map_request_t& request, map_reply_t& reply) {
+  Eigen::AlignedBox3d bounds_W;
+  for (const auto& corner : request.point_W_m)
+    bounds_W.extend(Vec3(corner[0], corner[1], corner[2]));
+  const VoxelBox box = VoxelsOf(map.grid(), bounds_W);
+  std::vector<float> log_odds;
+  map.LogOddsIn(box, log_odds);
+  std::size_t i = 0;
+  ForEachVoxel(box, [&](const VoxelKey& voxel) {
+    AddAnswer(map.grid().CenterOf(voxel), log_odds[i++], reply);
+  });
+}
+
+bool IsSmallBox(const VogMap& map, const map_request_t& request) {
+  if (request.points != 2) return false;
+  double voxels = 1;
+  for (int axis = 0; axis < 3; ++axis)
+    voxels *= std::abs(request.point_W_m[1][axis] - request.point_W_m[0][axis]) /
+                  map.grid().voxel_size_m() +
+              2;
+  return voxels <= static_cast<double>(kMaxAnswers);
+}
+
+bool AllFinite(const map_request_t& request) {
+  const auto finite = [](double number) { return std::isfinite(number) && std::abs(number) < 1e5; };
+  return std::all_of(request.point_W_m.begin(), request.point_W_m.end(),
+                     [&](const auto& p) { return std::all_of(p.begin(), p.end(), finite); }) &&
+         std::all_of(std::begin(request.origin_W_m), std::end(request.origin_W_m), finite) &&
+         std::all_of(std::begin(request.direction_W), std::end(request.direction_W), finite) &&
+         finite(request.range_m);
+}
+
+}  // namespace
+
+MapServiceSettings MapServiceSettings::From(const Config& config) {
+  return {config.Read<MapOptions>("map"), config.Read<SubmapOptions>("submap"),
+          config.Read<SensorModelOptions>("sensor_model"), config.Read<DriftOptions>("drift"),
+          config.Read<BusOptions>("bus").run_id};
+}
+
+MapServiceNode::MapServiceNode(Bus& bus, const MapServiceSettings& settings)
+    : settings_(settings),
+      endpoint_(bus, "vog-map-service", settings.run_id),
+      builder_(settings.submap, settings.sensor_model, settings.drift),
+      map_(settings.submap.voxel_size_m, SensorModel(settings.sensor_model)),
+      writer_(settings.map.directory) {
+  Resume();
+  endpoint_.Subscribe(outputs::kScan, [this](Time, const scan_t& message) { OnScan(message); });
+  endpoint_.Subscribe(outputs::kNav, [this](Time, const nav_t& message) { OnNav(message); });
+  endpoint_.Subscribe(outputs::kSubmapPoses,
+                      [this](Time, const submap_poses_t& message) { OnSubmapPoses(message); });
+  endpoint_.Subscribe(outputs::kGraph, [this](Time, const graph_t& message) { OnGraph(message); });
+  endpoint_.Subscribe(outputs::kMissionStatus,
+                      [this](Time, const mission_status_t& message) { OnMissionStatus(message); });
+  endpoint_.Subscribe(outputs::kMapRequest,
+                      [this](Time, const map_request_t& request) { OnRequest(request); });
+  bus.Every(std::chrono::seconds(1), [this](Time) { PublishStatus(newest_); });
+  endpoint_.ReportStatus([this](auto& counters) {
+    counters["submaps"] = map_.size();
+    counters["scans_dropped"] = synchronizer_.dropped();
+    counters["scans_waiting"] = synchronizer_.waiting();
+    return save_fault_.empty() ? "ok" : save_fault_;
+  });
+}
+
+void MapServiceNode::Resume() {
+  if (!IsMapFolder(settings_.map.directory)) return;
+  LoadedMap loaded = LoadMapFolder(settings_.map.directory);
+  if (settings_.run_id != 0 && loaded.map.run_id != settings_.run_id)
+    throw UsageError(settings_.map.directory +
+                     ": holds the map of another run; move it away or choose another "
+                     "map.directory");
+  for (const std::string& fault : loaded.faults) LogLine(fault);
+  for (const SubmapPtr& submap : loaded.map.submaps) {
+    // Numbers without a gap: what comes behind a damaged submap cannot be joined to the rest.
+    if (submap->id() != map_.size()) {
+      LogLine(settings_.map.directory + ": going on after submap " +
+              std::to_string(map_.size() - 1));
+      break;
+    }
+    const std::string octree_bytes = ToOctreeBytes(submap->grid);
+    digest_ = AppendToDigest(digest_, ContentChecksum(ToMessage(*submap, octree_bytes)));
+    writer_.AddSubmap(*submap, octree_bytes);
+    map_.Place(submap, loaded.map.X_WM.at(submap->id()));
+    builder_.ContinueAfter(*submap);
+  }
+  is_complete_ = is_finished_ = loaded.map.complete;
+}
+
+void MapServiceNode::OnScan(const scan_t& message) {
+  auto scan = FromMessage(message);
+  if (!scan) {
+    endpoint_.NoteMalformed();
+    return;
+  }
+  synchronizer_.Add(std::move(*scan));
+  AddScans();
+}
+
+void MapServiceNode::OnNav(const nav_t& message) {
+  const auto sample = FromMessage(message);
+  if (!sample) {
+    endpoint_.NoteMalformed();
+    return;
+  }
+  newest_ = std::max(newest_, sample->time);
+  synchronizer_.Add(*sample);
+  AddScans();
+}
+
+void MapServiceNode::AddScans() {
+  while (const auto registered = synchronizer_.Next()) {
+    if (is_finished_) continue;
+    if (const SubmapPtr closed = builder_.Add(*registered)) OnClosed(closed, newest_);
+    ShowOpen();
+  }
+}
+
+void MapServiceNode::ShowOpen() {
+  const Submap* open = builder_.open();
+  if (open == nullptr) {
+    map_.SetOpen(nullptr, Pose3::Identity());
+    return;
+  }
+  if (told_open_ == open->id()) {
+    map_.NoteOpenGrew();
+    return;
+  }
+  const OdometryEdge& edge = open->base.edge;
+  map_.SetOpen(&open->grid, map_.Has(open->id() - 1) ? map_.X_WM(open->id() - 1) * edge.X_PM
+                                                     : open->base.odometry.X_OB);
+  told_open_ = open->id();
+  PublishStatus(newest_);
+}
+
+void MapServiceNode::OnClosed(const SubmapPtr& submap, Time time) {
+  map_.SetOpen(nullptr, Pose3::Identity());
+  map_.Place(submap, map_.Has(submap->id() - 1)
+                         ? map_.X_WM(submap->id() - 1) * submap->base.edge.X_PM
+                         : submap->base.odometry.X_OB);
+  const std::string octree_bytes = ToOctreeBytes(submap->grid);
+  unsaved_[submap->id()] = octree_bytes;
+  Save(/*complete=*/false);
+  const submap_t message = ToMessage(*submap, octree_bytes);
+  digest_ = AppendToDigest(digest_, ContentChecksum(message));
+  PublishSubmap(message, time);
+  PublishStatus(time);
+}
+
+void MapServiceNode::OnSubmapPoses(const submap_poses_t& message) {
+  const bool is_newer = message.header.epoch > poses_epoch_ || message.version > poses_version_;
+  if (!is_newer) return;
+  std::vector<std::pair<SubmapId, Pose3>> poses_WM;
+  for (int i = 0; i < message.count; ++i) {
+    const auto X_WM = FromMessage(message.X_WM[i]);
+    if (!X_WM) {
+      endpoint_.NoteMalformed();
+      return;
+    }
+    poses_WM.emplace_back(message.submap_id[i], *X_WM);
+  }
+  poses_epoch_ = message.header.epoch;
+  poses_version_ = message.version;
+  posed_submaps_ = message.count;
+  map_.Move(poses_WM);
+}
+
+void MapServiceNode::OnGraph(const graph_t& message) {
+  if (message.header.epoch != poses_epoch_ || message.version != poses_version_) return;
+  graph_ = message;
+  CompleteIfDone(newest_);
+}
+
+void MapServiceNode::OnMissionStatus(const mission_status_t& message) {
+  if (message.state != "finished" || is_finished_) return;
+  is_finished_ = true;
+  if (const SubmapPtr last = builder_.Close()) OnClosed(last, newest_);
+  CompleteIfDone(newest_);
+}
+
+void MapServiceNode::CompleteIfDone(Time time) {
+  if (!is_finished_ || is_complete_ || posed_submaps_ < map_.size() ||
+      graph_.version != poses_version_)
+    return;
+  Save(/*complete=*/true);
+  is_complete_ = save_fault_.empty();
+  PublishStatus(time);
+}
+
+G2oGraph MapServiceNode::Graph() const {
+  G2oGraph graph;
+  for (const SubmapId id : map_.ids()) graph.vertices[id] = map_.X_WM(id);
+  int newest_in_graph = -1;
+  for (const graph_edge_t& edge : graph_.edge) {
+    const auto X_ik = FromMessage(edge.X_ik);
+    if (edge.kind == kRejected || !X_ik || !map_.Has(edge.from) || !map_.Has(edge.to)) continue;
+    graph.edges.push_back({edge.from, edge.to, *X_ik, MatrixFrom<6>(edge.information)});
+    newest_in_graph = std::max(newest_in_graph, edge.to);
+  }
+  // Submaps that SLAM has not answered for yet hang on their odometry.
+  for (SubmapId id = std::max(1, newest_in_graph + 1); id < map_.size(); ++id) {
+    const OdometryEdge& edge = map_.submap(id)->base.edge;
+    graph.edges.push_back({id - 1, id, edge.X_PM, edge.covariance.inverse()});
+  }
+  return graph;
+}
+
+void MapServiceNode::Save(bool complete) {
+  StoredMap map{settings_.submap.voxel_size_m,
+                settings_.sensor_model,
+                endpoint_.run_id(),
+                complete,
+                {},
+                {},
+                ToG2oText(Graph())};
+  for (const SubmapId id : map_.ids()) {
+    map.submaps.push_back(map_.submap(id));
+    map.X_WM[id] = map_.X_WM(id);
+  }
+  try {
+    while (!unsaved_.empty()) {
+      const auto& [id, octree_bytes] = *unsaved_.begin();
+      writer_.AddSubmap(*map_.submap(id), octree_bytes);
+      unsaved_.erase(unsaved_.begin());
+    }
+    writer_.Commit(map);
+    save_fault_.clear();
+  } catch (const SystemError& error) {
+    // The map goes on in memory; the next submap tries again.
+    if (save_fault_.empty()) LogLine(error.what());
+    save_fault_ = error.what();
+  }
+}
+
+void MapServiceNode::PublishSubmap(const submap_t& message, Time time) {
+  endpoint_.PublishLarge(outputs::kSubmap, message.base.submap_id, ContentChecksum(message),
+                         message, time);
+}
+
+void MapServiceNode::PublishStatus(Time time) {
+  map_status_t status{};
+  status.submaps = map_.size();
+  status.digest = digest_;
+  const Submap* open = builder_.open();
+  status.has_open = open != nullptr;
+  status.open = ToMessage(open != nullptr ? open->base : SubmapBase{});
+  status.poses_version = poses_version_;
+  status.complete = is_complete_;
+  status.fault = save_fault_;
+  endpoint_.Publish(outputs::kMapStatus, status, time);
+}
+
+void MapServiceNode::OnRequest(const map_request_t& request) {
+  if (request.kind == "poses") return;  // SLAM answers.
+  if (request.kind == "submaps") {
+    for (const SubmapId id : request.ids == 0 ? map_.ids() : request.submap_id) {
+      if (!map_.Has(id)) continue;
+      const SubmapPtr submap = map_.submap(id);
+      PublishSubmap(ToMessage(*submap, ToOctreeBytes(submap->grid)), newest_);
+    }
+    return;
+  }
+  map_reply_t reply = Answer(request);
+  reply.request_id = request.request_id;
+  reply.poses_version = poses_version_;
+  endpoint_.PublishLarge(outputs::kMapReply, request.request_id, 0, reply, newest_);
+}
+
+map_reply_t MapServiceNode::Answer(const map_request_t& request) const {
+  map_reply_t reply{};
+  if (!AllFinite(request)) {
+    reply.error = "a number in the request is not finite or too large";
+  } else if (request.kind == "points") {
+    AnswerPoints(map_, request, reply);
+  } else if (request.kind == "ray") {
+    if (Eigen::Map<const Vec3>(request.direction_W).norm() < 1e-9)
+      reply.error = "the ray has no direction";
+    else
+      AnswerRay(map_, request, reply);
+  } else if (request.kind == "box") {
+    if (!IsSmallBox(map_, request))
+      reply.error = "a box has two corners and at most 2000000 voxels";
+    else
+      AnswerBox(map_, request, reply);
+  } else if (request.kind == "snapshot") {
+    const std::string bytes = ToOctreeBytes(MergedGrid(map_));
+    reply.octree.assign(bytes.begin(), bytes.end());
+    reply.size = static_cast<int>(reply.octree.size());
+  } else {
+    reply.error = "kind must be one of submaps, poses, points, ray, box, snapshot";
+  }
+  return reply;
+}
+
+}  // namespace vog

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "lib/base/config.h"
+#include "lib/messages/convert.h"
+#include "lib/messages/endpoint.h"
+#include "lib/posegraph/g2o.h"
+#include "lib/scan/scan_synchronizer.h"
+#include "lib/submap/submap_builder.h"
+#include "lib/vogmap/map_folder.h"
+#include "lib/vogmap/vog_map.h"
+
+namespace vog {
+
+struct MapOptions {
+  std::string directory = "map";
+
+  void Visit(OptionsVisitor& v) {
+    v("directory", directory, "where the map is kept; a map of the same run there is gone on with");
+  }
+};
+
+struct MapServiceSettings {
+  MapOptions map;
+  SubmapOptions submap;
+  SensorModelOptions sensor_model;
+  DriftOptions drift;
+  std::int64_t run_id = 0;
+
+  static MapServiceSettings From(const Config& config);
+};
+
+/// Builds submaps from scans, keeps the VOG-map at SLAM's newest poses, saves it, and answers
+/// questions about it. Each closed submap is saved before it is told: who has heard of one can
+/// always get it again. In: SCAN, NAV, SUBMAP_POSES, GRAPH, MAP_REQUEST, MISSION_STATUS. Out:
+/// SUBMAP, MAP_STATUS, MAP_REPLY, STATUS.
+class MapServiceNode {
+ public:
+  /// Goes on with the map in the directory if it is of this run and not complete. @throws
+  /// UsageError when it is another run's.
+  MapServiceNode(Bus& bus, const MapServiceSettings& settings);
+
+ private:
+  void Resume();
+  void OnScan(const scan_t& message);
+  void OnNav(const nav_t& message);
+  void AddScans();
+  void OnClosed(const SubmapPtr& submap, Time time);
+  void OnSubmapPoses(const submap_poses_t& message);
+  void OnGraph(const graph_t& message);
+  void OnMissionStatus(const mission_status_t& message);
+  void OnRequest(const map_request_t& request);
+  void CompleteIfDone(Time time);
+  void ShowOpen();
+  void Save(bool complete);
+  G2oGraph Graph() const;
+  void PublishSubmap(const submap_t& message, Time time);
+  void PublishStatus(Time time);
+  map_reply_t Answer(const map_request_t& request) const;
+
+  MapServiceSettings settings_;
+  Endpoint endpoint_;
+  ScanSynchronizer synchronizer_;
+  SubmapBuilder builder_;
+  VogMap map_;
+  MapFolderWriter writer_;
+  graph_t graph_{};
+  std::int64_t digest_ = 0;
+  std::int64_t poses_epoch_ = -1, poses_version_ = 0;
+  int posed_submaps_ = 0;                    // With poses from SLAM.
+  int told_open_ = -1;                       // Number of the open submap that was told last.
+  std::map<SubmapId, std::string> unsaved_;  // Octree files that are not on disk yet.
+  bool is_finished_ = false, is_complete_ = false;
+  std::string save_fault_;
+  Time newest_;
+};
+
+}  // namespace vog

@@ -1,0 +1,12 @@
+#include <memory>
+
+#include "lib/bus/process.h"
+#include "procs/nav_bridge/nav_bridge_node.h"
+
+int main(int argc, char** argv) {
+  return vog::RunProcess(
+      {"vog-nav-bridge", "Dead-reckons the vehicle and passes commands on to it."}, argc, argv,
+      [](vog::LcmBus& bus, const vog::Config& config) {
+        return std::make_shared<vog::NavBridgeNode>(bus, vog::NavBridgeSettings::From(config));
+      });
+}

@@ -1,0 +1,91 @@
+#include "procs/nav_bridge/nav_bridge_node.h"
+
+#include <algorithm>
+
+#include "lib/bus/lcm_bus.h"
+#include "lib/messages/convert.h"
+#include "lib/scan/sonar.h"
+
+namespace vog {
+
+NavBridgeSettings NavBridgeSettings::From(const Config& config) {
+  return {config.Read<NavBridgeOptions>("navigation"),
+          config.Read<DeadReckoningOptions>("dead_reckoning"), config.Read<DriftOptions>("drift"),
+          ToSeconds(config.Read<SonarOptions>("sonar").period()),
+          config.Read<BusOptions>("bus").run_id};
+}
+
+NavBridgeNode::NavBridgeNode(Bus& bus, const NavBridgeSettings& settings)
+    : settings_(settings),
+      endpoint_(bus, "vog-nav-bridge", settings.run_id),
+      tracker_(settings.drift, settings.scan_period_s, bus.epoch()),
+      reckoner_(settings.dead_reckoning, bus.epoch()) {
+  endpoint_.Subscribe(inputs::kVehicleNav,
+                      [this](Time, const vehicle_nav_t& message) { OnVehicleNav(message); });
+  endpoint_.Subscribe(inputs::kDvl, [this](Time, const dvl_t& message) {
+    if (const auto record = FromMessage(message)) reckoner_.Add(*record);
+  });
+  endpoint_.Subscribe(inputs::kDepth, [this](Time, const depth_t& message) {
+    if (const auto record = FromMessage(message)) reckoner_.Add(*record);
+  });
+  endpoint_.Subscribe(inputs::kImu, [this](Time, const imu_t& message) { OnImu(message); });
+  endpoint_.Subscribe(outputs::kControl,
+                      [this](Time, const control_t& message) { OnControl(message); });
+  endpoint_.ReportStatus([this](auto& counters) {
+    counters["watchdog_stops"] = stops_;
+    return "ok";
+  });
+}
+
+void NavBridgeNode::OnVehicleNav(const vehicle_nav_t& message) {
+  const auto record = FromMessage(message);
+  if (!record) {
+    endpoint_.NoteMalformed();
+    return;
+  }
+  if (settings_.bridge.source == NavigationSource::kVehicle) {
+    PublishNav(tracker_.Add(*record));
+  } else {
+    reckoner_.SetFix(record->X_OB);
+  }
+}
+
+void NavBridgeNode::OnImu(const imu_t& message) {
+  const auto record = FromMessage(message);
+  if (!record) {
+    endpoint_.NoteMalformed();
+    return;
+  }
+  const auto sample = reckoner_.Add(*record);
+  if (sample && settings_.bridge.source == NavigationSource::kInstruments) PublishNav(*sample);
+}
+
+void NavBridgeNode::PublishNav(const OdometrySample& sample) {
+  endpoint_.Publish(outputs::kNav, ToMessage(sample), sample.time, sample.segment);
+  StopIfCommandIsOld(sample.time);
+}
+
+void NavBridgeNode::OnControl(const control_t& message) {
+  auto command = FromMessage(message);
+  if (!command) {
+    endpoint_.NoteMalformed();
+    return;
+  }
+  const NavBridgeOptions& limits = settings_.bridge;
+  const double speed_m_s = command->velocity_B_m_s.norm();
+  if (speed_m_s > limits.max_speed_m_s) command->velocity_B_m_s *= limits.max_speed_m_s / speed_m_s;
+  command->yaw_rate_rad_s =
+      std::clamp(command->yaw_rate_rad_s, -limits.max_yaw_rate_rad_s, limits.max_yaw_rate_rad_s);
+  commanded_at_ = TimeOf(message.header);
+  endpoint_.Publish(outputs::kVehicleCommand, ToMessage(*command), *commanded_at_);
+}
+
+void NavBridgeNode::StopIfCommandIsOld(Time now) {
+  if (!commanded_at_ || ToSeconds(now - *commanded_at_) <= settings_.bridge.command_timeout_s)
+    return;
+  commanded_at_.reset();
+  ++stops_;
+  endpoint_.Publish(outputs::kVehicleCommand, ToMessage(VelocityCommand{}), now);
+}
+
+}  // namespace vog

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <optional>
+
+#include "lib/base/config.h"
+#include "lib/messages/endpoint.h"
+#include "lib/navigation/dead_reckoning.h"
+
+namespace vog {
+
+/// Where NAV comes from.
+enum class NavigationSource { kVehicle, kInstruments };
+
+struct NavBridgeOptions {
+  NavigationSource source = NavigationSource::kVehicle;
+  double max_speed_m_s = 0.3;
+  double max_yaw_rate_rad_s = 0.2;
+  double command_timeout_s = 0.5;
+
+  void Visit(OptionsVisitor& v) {
+    v("source", source,
+      Names<NavigationSource>{{NavigationSource::kVehicle, "vehicle"},
+                              {NavigationSource::kInstruments, "instruments"}},
+      "the vehicle's own reckoning (VEHICLE_NAV), or ours from DVL, IMU and DEPTH");
+    v("max_speed_m_s", max_speed_m_s, Between(0.01, 10), "no command above passes to the vehicle");
+    v("max_yaw_rate_rad_s", max_yaw_rate_rad_s, Between(0.01, 10), "nor above this");
+    v("command_timeout_s", command_timeout_s, Between(0.05, 60),
+      "without a command for so long the vehicle is told to stop");
+  }
+};
+
+struct NavBridgeSettings {
+  NavBridgeOptions bridge;
+  DeadReckoningOptions dead_reckoning;
+  DriftOptions drift;
+  double scan_period_s = 0.2;
+  std::int64_t run_id = 0;
+
+  static NavBridgeSettings From(const Config& config);
+};
+
+/// Between the vehicle's navigation and the rest: dead-reckons NAV, and passes CONTROL on as
+/// VEHICLE_COMMAND, within limits and only while it is fresh.
+/// In: VEHICLE_NAV, DVL, IMU, DEPTH, CONTROL. Out: NAV, VEHICLE_COMMAND, STATUS.
+class NavBridgeNode {
+ public:
+  NavBridgeNode(Bus& bus, const NavBridgeSettings& settings);
+
+ private:
+  void OnVehicleNav(const vehicle_nav_t& message);
+  void OnImu(const imu_t& message);
+  void OnControl(const control_t& message);
+  void PublishNav(const OdometrySample& sample);
+  void StopIfCommandIsOld(Time now);
+
+  NavBridgeSettings settings_;
+  Endpoint endpoint_;
+  VehicleNavTracker tracker_;
+  DeadReckoner reckoner_;
+  std::optional<Time> commanded_at_;  // While the vehicle moves on a command.
+  std::int64_t stops_ = 0;
+};
+
+}  // namespace vog

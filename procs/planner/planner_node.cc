@@ -1,0 +1,210 @@
+#include "procs/planner/planner_node.h"
+
+#include <algorithm>
+
+#include "lib/bus/lcm_bus.h"
+
+namespace vog {
+namespace {
+
+const char* NameOf(ExplorerState state) {
+  switch (state) {
+    case ExplorerState::kExploring:
+      return "exploring";
+    case ExplorerState::kRevisiting:
+      return "revisiting";
+    case ExplorerState::kFinished:
+      break;
+  }
+  return "finished";
+}
+
+tree_node_t ToMessage(const TreeNode& node) {
+  tree_node_t message{};
+  message.parent = node.parent;
+  for (int i = 0; i < 3; ++i) message.position_m[i] = static_cast<float>(node.at.position_W_m[i]);
+  message.yaw_rad = static_cast<float>(node.at.yaw_rad);
+  message.gain = static_cast<float>(node.gain);
+  message.visible = node.visible;
+  return message;
+}
+
+plan_t ToMessage(const Plan& plan) {
+  plan_t message{};
+  message.plan_id = plan.id;
+  for (const Waypoint& waypoint : plan.path) {
+    waypoint_t point{};
+    std::copy_n(waypoint.position_W_m.data(), 3, point.position_m);
+    point.yaw_rad = waypoint.yaw_rad;
+    message.path.push_back(point);
+  }
+  message.waypoints = static_cast<int>(message.path.size());
+  for (const TreeNode& node : plan.tree) message.tree.push_back(ToMessage(node));
+  message.nodes = static_cast<int>(message.tree.size());
+  message.best = plan.best;
+  return message;
+}
+
+}  // namespace
+
+PlannerSettings PlannerSettings::From(const Config& config) {
+  PlannerSettings settings{config.Read<MissionOptions>("mission"),
+                           config.Read<PlannerOptions>("planner"),
+                           config.Read<ExplorationOptions>("exploration"),
+                           config.Read<SonarOptions>("sonar"),
+                           config.Read<SubmapOptions>("submap"),
+                           config.Read<SensorModelOptions>("sensor_model"),
+                           config.Read<BusOptions>("bus").run_id};
+  settings.exploration.Validate();
+  return settings;
+}
+
+PlannerNode::PlannerNode(Bus& bus, const PlannerSettings& settings)
+    : settings_(settings),
+      endpoint_(bus, "vog-planner", settings.run_id),
+      explorer_(settings.planner, settings.exploration, settings.sonar, settings.mission),
+      map_(settings.submap.voxel_size_m, SensorModel(settings.sensor_model)),
+      open_(settings.submap.voxel_size_m, settings.sensor_model),
+      standard_map_(settings.submap.voxel_size_m, settings.sensor_model),
+      receiver_(endpoint_, {[this](const SubmapPtr& submap) { OnSubmap(submap); },
+                            [this] { OnReset(); }, [](const map_status_t&) {}}) {
+  endpoint_.Subscribe(outputs::kSubmapPoses,
+                      [this](Time, const submap_poses_t& message) { OnSubmapPoses(message); });
+  endpoint_.Subscribe(outputs::kScan, [this](Time, const scan_t& message) { OnScan(message); });
+  endpoint_.Subscribe(outputs::kNav, [this](Time, const nav_t& message) { OnNav(message); });
+  endpoint_.Subscribe(outputs::kPose,
+                      [this](Time, const pose_estimate_t& message) { OnPose(message); });
+  bus.Every(std::chrono::seconds(1), [this](Time) {
+    if (explorer_.plan() != nullptr) PublishPlan(*explorer_.plan(), newest_pose_);
+    PublishMissionStatus(newest_pose_);
+  });
+  endpoint_.ReportStatus([this](auto& counters) {
+    counters["submaps"] = map_.size();
+    counters["scans_dropped"] = synchronizer_.dropped();
+    return receiver_.IsComplete() ? "ok" : "waiting for submaps";
+  });
+}
+
+void PlannerNode::OnSubmap(const SubmapPtr& submap) {
+  open_.ForgetUpTo(submap->last_scan);
+  const SubmapId id = submap->id();
+  if (const auto told = X_WM_.find(id); told != X_WM_.end()) {
+    map_.Place(submap, told->second);
+  } else if (map_.Has(id - 1)) {
+    map_.Place(submap, map_.X_WM(id - 1) * submap->base.edge.X_PM);
+  } else {
+    map_.Place(submap, submap->base.odometry.X_OB);  // Until SLAM tells better.
+  }
+}
+
+void PlannerNode::OnReset() {
+  for (const SubmapId id : map_.ids()) map_.Remove(id);
+}
+
+void PlannerNode::OnSubmapPoses(const submap_poses_t& message) {
+  if (message.header.epoch == poses_epoch_ && message.version <= poses_version_) return;
+  poses_epoch_ = message.header.epoch;
+  poses_version_ = message.version;
+  X_WM_.clear();
+  std::vector<PlaceUncertainty> places;
+  for (int i = 0; i < message.count; ++i) {
+    const auto X_WM = FromMessage(message.X_WM[i]);
+    if (!X_WM) {
+      endpoint_.NoteMalformed();
+      continue;
+    }
+    X_WM_[message.submap_id[i]] = *X_WM;
+    places.push_back({X_WM->translation(), message.sigma_xy_m[i]});
+  }
+  map_.Move({X_WM_.begin(), X_WM_.end()});
+  explorer_.SetUncertainty(std::move(places));
+}
+
+void PlannerNode::OnScan(const scan_t& message) {
+  auto scan = FromMessage(message);
+  if (!scan) {
+    endpoint_.NoteMalformed();
+    return;
+  }
+  synchronizer_.Add(std::move(*scan));
+  AddScans();
+}
+
+void PlannerNode::OnNav(const nav_t& message) {
+  const auto sample = FromMessage(message);
+  if (!sample) {
+    endpoint_.NoteMalformed();
+    return;
+  }
+  synchronizer_.Add(*sample);
+  AddScans();
+}
+
+void PlannerNode::AddScans() {
+  while (const auto registered = synchronizer_.Next()) {
+    if (UsesStandardMap()) {
+      standard_map_.Insert(registered->scan, registered->odometry.X_OB);
+    } else {
+      open_.Add(*registered);
+    }
+  }
+}
+
+void PlannerNode::ShowOpen(const Pose3& X_WO, std::int64_t segment) {
+  const bool is_shown = open_.grid() != nullptr && open_.base().segment == segment;
+  map_.SetOpen(is_shown ? open_.grid() : nullptr,
+               is_shown ? X_WO * open_.base().X_OB : Pose3::Identity());
+}
+
+void PlannerNode::OnPose(const pose_estimate_t& message) {
+  const auto X_WB = FromMessage(message.X_WB);
+  const auto X_WO = FromMessage(message.X_WO);
+  if (!X_WB || !X_WO) {
+    endpoint_.NoteMalformed();
+    return;
+  }
+  newest_pose_ = TimeOf(message.header);
+  if (!receiver_.IsComplete()) return;
+  if (!has_start_) {
+    // Who comes late knows the start from the first submap.
+    explorer_.SetStart(map_.Has(0) ? map_.X_WM(0).translation() : X_WB->translation());
+    has_start_ = true;
+  }
+  ShowOpen(*X_WO, message.segment);
+  const ExplorerState before = explorer_.state();
+  const Plan* plan =
+      explorer_.Update(planning_map(), UsesStandardMap() ? X_WO->inverse() * *X_WB : *X_WB,
+                       newest_pose_, receiver_.announced());
+  if (plan != nullptr) PublishPlan(*plan, newest_pose_);
+  MeasureExplored();
+  if (explorer_.state() != before) PublishMissionStatus(newest_pose_);
+}
+
+const OccupancyMap& PlannerNode::planning_map() const {
+  if (UsesStandardMap()) return standard_map_;
+  return map_;
+}
+
+void PlannerNode::MeasureExplored() {
+  if (measured_submaps_ == receiver_.announced()) return;
+  measured_submaps_ = receiver_.announced();
+  explored_m3_ = explorer_.ExploredVolume(planning_map());
+}
+
+void PlannerNode::PublishPlan(const Plan& plan, Time time) {
+  plan_t message = ToMessage(plan);
+  message.in_odometry_frame = UsesStandardMap();
+  endpoint_.Publish(outputs::kPlan, message, time);
+}
+
+void PlannerNode::PublishMissionStatus(Time time) {
+  mission_status_t status{};
+  status.state = has_start_ ? NameOf(explorer_.state()) : "waiting";
+  status.end_reason = explorer_.end_reason();
+  status.plans = explorer_.plan() != nullptr ? explorer_.plan()->id : 0;
+  status.submaps = std::max(0, receiver_.announced());
+  status.explored_m3 = explored_m3_;
+  endpoint_.Publish(outputs::kMissionStatus, status, time);
+}
+
+}  // namespace vog

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "lib/base/config.h"
+#include "lib/baselines/standard_map.h"
+#include "lib/messages/convert.h"
+#include "lib/messages/submap_receiver.h"
+#include "lib/planner/explorer.h"
+#include "lib/planner/mission_options.h"
+#include "lib/scan/scan_synchronizer.h"
+#include "lib/submap/open_submap.h"
+#include "lib/submap/submap_builder.h"
+#include "lib/vogmap/vog_map.h"
+
+namespace vog {
+
+struct PlannerSettings {
+  MissionOptions mission;
+  PlannerOptions planner;
+  ExplorationOptions exploration;
+  SonarOptions sonar;
+  SubmapOptions submap;
+  SensorModelOptions sensor_model;
+  std::int64_t run_id = 0;
+
+  static PlannerSettings From(const Config& config);
+};
+
+/// Explores: plans on its own replica of the map and tells the path and the state of the mission.
+/// In: SUBMAP, MAP_STATUS, SUBMAP_POSES, SCAN, NAV, POSE. Out: PLAN, MISSION_STATUS, MAP_REQUEST,
+/// STATUS.
+class PlannerNode {
+ public:
+  PlannerNode(Bus& bus, const PlannerSettings& settings);
+
+ private:
+  bool UsesStandardMap() const { return settings_.mission.mode == MissionMode::kStandard; }
+  void OnSubmap(const SubmapPtr& submap);
+  void OnReset();
+  void OnSubmapPoses(const submap_poses_t& message);
+  void OnScan(const scan_t& message);
+  void OnNav(const nav_t& message);
+  void AddScans();
+  void OnPose(const pose_estimate_t& message);
+  const OccupancyMap& planning_map() const;
+  void MeasureExplored();
+  void ShowOpen(const Pose3& X_WO, std::int64_t segment);
+  void PublishPlan(const Plan& plan, Time time);
+  void PublishMissionStatus(Time time);
+
+  PlannerSettings settings_;
+  Endpoint endpoint_;
+  Explorer explorer_;
+  ScanSynchronizer synchronizer_;
+  VogMap map_;
+  OpenSubmap open_;
+  StandardMap standard_map_;
+  std::map<SubmapId, Pose3> X_WM_;  // Newest poses from SLAM.
+  std::int64_t poses_epoch_ = -1, poses_version_ = 0;
+  bool has_start_ = false;
+  int measured_submaps_ = -1;  // When explored_m3_ was measured.
+  double explored_m3_ = 0;
+  Time newest_pose_;
+  SubmapReceiver receiver_;
+};
+
+}  // namespace vog

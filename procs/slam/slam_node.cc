@@ -1,0 +1,152 @@
+#include "procs/slam/slam_node.h"
+
+#include <algorithm>
+
+#include "lib/bus/lcm_bus.h"
+#include "lib/planner/mission_options.h"
+
+namespace vog {
+namespace {
+
+constexpr std::int8_t kOdometry = 0, kFull = 1, kPartial = 2, kRejected = 3;
+
+graph_edge_t ToMessage(const Constraint& constraint) {
+  graph_edge_t edge{};
+  edge.from = constraint.from;
+  edge.to = constraint.to;
+  edge.kind = constraint.kind == ConstraintKind::kOdometry      ? kOdometry
+              : constraint.kind == ConstraintKind::kFullClosure ? kFull
+                                                                : kPartial;
+  edge.X_ik = vog::ToMessage(constraint.X_ik);
+  CopyMatrix<6>(constraint.Information(), edge.information);
+  edge.directions = static_cast<std::int8_t>(constraint.whitening.rows());
+  edge.chi_square = 0;
+  return edge;
+}
+
+graph_t ToMessage(const Slam& slam) {
+  graph_t message{};
+  for (const auto& [number, constraint] : slam.graph().constraints()) {
+    graph_edge_t edge = ToMessage(constraint);
+    edge.chi_square = slam.graph().ChiSquareOf(constraint);
+    message.edge.push_back(edge);
+  }
+  for (const Slam::Closure& closure : slam.closures()) {
+    if (closure.loop.accepted) continue;
+    graph_edge_t edge = ToMessage(closure.loop.constraint);
+    edge.kind = kRejected;
+    edge.chi_square = closure.loop.chi_square;
+    edge.reason = closure.loop.reason;
+    message.edge.push_back(edge);
+  }
+  message.count = static_cast<int>(message.edge.size());
+  return message;
+}
+
+submap_poses_t PosesOf(const Slam& slam) {
+  submap_poses_t message{};
+  for (const auto& [id, X_WM] : slam.X_WM()) {
+    message.submap_id.push_back(id);
+    message.X_WM.push_back(vog::ToMessage(X_WM));
+    message.sigma_xy_m.push_back(static_cast<float>(slam.sigma_xy_m().at(id)));
+  }
+  message.count = static_cast<int>(message.submap_id.size());
+  return message;
+}
+
+}  // namespace
+
+SlamNodeSettings SlamNodeSettings::From(const Config& config) {
+  SlamNodeSettings settings{SlamSettings::From(config), config.Read<BusOptions>("bus").run_id};
+  if (config.Read<MissionOptions>("mission").mode == MissionMode::kVogNoLc)
+    settings.slam.slam.loop_closures = false;
+  return settings;
+}
+
+SlamNode::SlamNode(Bus& bus, const SlamNodeSettings& settings)
+    : settings_(settings.slam),
+      endpoint_(bus, "vog-slam", settings.run_id),
+      slam_(std::make_unique<Slam>(settings.slam)),
+      receiver_(endpoint_,
+                {[this](const SubmapPtr& submap) { OnSubmap(submap); }, [this] { OnReset(); },
+                 [this](const map_status_t& status) { OnMapStatus(status); }}) {
+  endpoint_.Subscribe(outputs::kNav, [this](Time, const nav_t& message) { OnNav(message); });
+  endpoint_.Subscribe(outputs::kMapRequest, [this](Time, const map_request_t& request) {
+    if (request.kind == "poses" && version_ > 0) PublishSolution(newest_);
+  });
+  endpoint_.ReportStatus([this](auto& counters) {
+    counters["submaps"] = static_cast<std::int64_t>(odometry_.size());
+    counters["waiting"] = static_cast<std::int64_t>(waiting_.size());
+    counters["chunks_dropped"] = receiver_.dropped();
+    return receiver_.IsComplete() ? "ok" : "waiting for submaps";
+  });
+}
+
+void SlamNode::OnReset() {
+  slam_ = std::make_unique<Slam>(settings_);
+  waiting_.clear();
+  odometry_.clear();
+}
+
+void SlamNode::OnSubmap(const SubmapPtr& submap) {
+  waiting_[submap->id()] = submap;
+  bool added = false;
+  while (!waiting_.empty() && waiting_.begin()->first == static_cast<SubmapId>(odometry_.size())) {
+    const SubmapPtr next = waiting_.extract(waiting_.begin()).mapped();
+    slam_->AddSubmap(next);
+    odometry_[next->id()] = next->base.odometry;
+    newest_ = std::max(newest_, next->last_scan);
+    added = true;
+  }
+  if (!added) return;
+  ++version_;
+  PublishSolution(newest_);
+}
+
+void SlamNode::PublishSolution(Time time) {
+  submap_poses_t poses = PosesOf(*slam_);
+  poses.version = version_;
+  endpoint_.Publish(outputs::kSubmapPoses, poses, time);
+  graph_t graph = ToMessage(*slam_);
+  graph.version = version_;
+  endpoint_.Publish(outputs::kGraph, graph, time);
+}
+
+void SlamNode::OnMapStatus(const map_status_t& status) {
+  open_.reset();
+  if (!status.has_open) return;
+  open_ = FromMessage(status.open);
+  if (!open_) endpoint_.NoteMalformed();
+}
+
+std::optional<SlamNode::Anchor> SlamNode::AnchorFor(std::int64_t segment) const {
+  if (!odometry_.empty() && odometry_.rbegin()->second.segment == segment)
+    return Anchor{odometry_.rbegin()->second, slam_->X_WM().at(odometry_.rbegin()->first)};
+  if (!open_ || open_->odometry.segment != segment) return std::nullopt;
+  if (open_->id == 0) return Anchor{open_->odometry, open_->odometry.X_OB};
+  const auto previous = slam_->X_WM().find(open_->id - 1);
+  if (previous == slam_->X_WM().end()) return std::nullopt;
+  return Anchor{open_->odometry, previous->second * open_->edge.X_PM};
+}
+
+void SlamNode::OnNav(const nav_t& message) {
+  const auto sample = FromMessage(message);
+  if (!sample) {
+    endpoint_.NoteMalformed();
+    return;
+  }
+  const auto anchor = AnchorFor(sample->segment);
+  if (!anchor) return;
+  const Pose3 X_WO = anchor->X_WM * anchor->odometry.X_OB.inverse();
+  pose_estimate_t pose{};
+  pose.version = version_;
+  pose.X_WB = vog::ToMessage(Pose3(X_WO * sample->X_OB));
+  pose.segment = sample->segment;
+  pose.X_WO = vog::ToMessage(X_WO);
+  CopyMatrix<3>(MotionCovariance(anchor->odometry, *sample), pose.covariance_xyyaw);
+  std::copy_n(message.velocity_B_m_s, 3, pose.velocity_B_m_s);
+  pose.yaw_rate_rad_s = message.yaw_rate_rad_s;
+  endpoint_.Publish(outputs::kPose, pose, sample->time);
+}
+
+}  // namespace vog

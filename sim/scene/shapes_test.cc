@@ -1,0 +1,67 @@
+#include "sim/scene/shapes.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "sim/scene/mesh_testing.h"
+
+namespace vog {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+TEST(ShapesTest, BoxIsClosedAndOfItsVolume) {
+  const TriangleMesh box = Box(MakePose({1, 2, 3}, {0.1, 0.2, 0.3}), {1, 2, 3});
+  EXPECT_TRUE(IsClosed(box));
+  EXPECT_EQ(box.triangles.size(), 12u);
+  EXPECT_NEAR(SignedVolume(box), 6, 1e-12);
+}
+
+TEST(ShapesTest, CylinderIsClosedAndOfItsVolume) {
+  constexpr int kPoints = 50;
+  const TriangleMesh cylinder = Cylinder({0, 0, 1}, {3, 0, 1}, 0.5, kPoints, 0.2);
+  EXPECT_TRUE(IsClosed(cylinder));
+  const double disc = 0.5 * kPoints * 0.25 * std::sin(2 * kPi / kPoints);
+  EXPECT_NEAR(SignedVolume(cylinder), 3 * disc, 1e-9);
+  EXPECT_TRUE(cylinder.Bounds().min().isApprox(Vec3(0, -0.5, 0.5), 0.01));
+  EXPECT_TRUE(cylinder.Bounds().max().isApprox(Vec3(3, 0.5, 1.5), 0.01));
+}
+
+// Whichever way the rings run and in whichever order they come.
+TEST(ShapesTest, LoftPointsOutward) {
+  Ring low = Circle({0, 0, 0}, Vec3::UnitZ(), 1, 7), high = Circle({0, 0, 1}, Vec3::UnitZ(), 1, 7);
+  EXPECT_GT(SignedVolume(Loft({low, high}, 10)), 2);
+  EXPECT_GT(SignedVolume(Loft({high, low}, 10)), 2);
+  std::reverse(low.begin(), low.end());
+  std::reverse(high.begin(), high.end());
+  EXPECT_GT(SignedVolume(Loft({low, high}, 10)), 2);
+}
+
+TEST(ShapesTest, LoftOfTrianglesAndSquaresIsClosed) {
+  for (const int points : {3, 4, 5, 6}) {
+    const TriangleMesh loft = Loft(
+        {Circle({0, 0, 0}, Vec3::UnitX(), 1, points), Circle({1, 0, 0}, Vec3::UnitX(), 2, points),
+         Circle({2, 0, 0}, Vec3::UnitX(), 1, points)},
+        0.5);
+    EXPECT_TRUE(IsClosed(loft)) << points;
+    EXPECT_GT(SignedVolume(loft), 0) << points;
+  }
+}
+
+TEST(ShapesTest, RefineShortensEdgesAndKeepsTheSolid) {
+  const TriangleMesh coarse = Box(Pose3::Identity(), {3, 0.2, 1});
+  const TriangleMesh fine = Refine(coarse, 0.3);
+  EXPECT_LE(LongestEdge(fine), 0.3);
+  EXPECT_TRUE(IsClosed(fine));
+  EXPECT_NEAR(SignedVolume(fine), SignedVolume(coarse), 1e-12);
+  EXPECT_LT(fine.triangles.size(), 1000u);
+}
+
+TEST(ShapesTest, RefineLeavesAFineMeshAlone) {
+  const TriangleMesh box = Box(Pose3::Identity(), {1, 1, 1});
+  EXPECT_EQ(Refine(box, 2).triangles, box.triangles);
+}
+
+}  // namespace
+}  // namespace vog

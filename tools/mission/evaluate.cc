@@ -1,0 +1,361 @@
+#include "tools/mission/evaluate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "lib/base/errors.h"
+#include "lib/base/files.h"
+#include "lib/base/parallel.h"
+#include "lib/baselines/standard_map.h"
+#include "lib/collision/mesh_clearance.h"
+#include "lib/evaluation/cloud_error.h"
+#include "lib/evaluation/coverage.h"
+#include "lib/geometry/cloud_file.h"
+#include "lib/planner/planner_options.h"
+#include "lib/submap/submap_builder.h"
+#include "lib/vogmap/map_folder.h"
+#include "sim/scene/mesh_file.h"
+#include "sim/scene/ray_caster.h"
+#include "sim/scene/scene_options.h"
+#include "sim/world/world_options.h"
+#include "tools/mission/run_record.h"
+
+namespace vog {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kPointCell_m = 0.05;
+constexpr double kSeriesStep_s = 1;
+
+/// A scan of a submap, at its estimated and its true pose.
+struct PlacedScan {
+  const RunScan* run;
+  Pose3 X_WB_estimate;
+};
+
+/// All that the judges below look at.
+struct Run {
+  RunRecord record;
+  StoredMap map;
+  TriangleMesh scene_W;
+  SonarOptions sonar;
+  SubmapOptions submap;
+  SensorModelOptions sensor_model;
+  PlannerOptions planner;
+  ExplorationOptions exploration;
+  WorldOptions simulation;
+  EvaluationOptions options;
+  /// The scans of each submap, in the order of the map's submaps.
+  std::vector<std::vector<PlacedScan>> scans_of;
+
+  LogOddsUnits occupied_from() const { return SensorModel(sensor_model).occupied_from; }
+};
+
+std::vector<std::vector<PlacedScan>> AssignScans(const RunRecord& record, const StoredMap& map) {
+  std::vector<std::vector<PlacedScan>> scans_of(map.submaps.size());
+  for (std::size_t s = 0; s < map.submaps.size(); ++s) {
+    const Submap& submap = *map.submaps[s];
+    const Pose3 X_WO = map.X_WM.at(submap.id()) * submap.base.odometry.X_OB.inverse();
+    const auto begin =
+        std::lower_bound(record.scans.begin(), record.scans.end(), submap.first_scan,
+                         [](const RunScan& scan, Time time) { return scan.scan.time < time; });
+    for (auto it = begin; it != record.scans.end() && it->scan.time <= submap.last_scan; ++it)
+      scans_of[s].push_back({&*it, X_WO * it->odometry.X_OB});
+  }
+  return scans_of;
+}
+
+Run ReadAll(const std::filesystem::path& folder) {
+  Run run;
+  run.record = ReadRun(folder / "lcm.log");
+  run.map = LoadMapFolder(folder / "map").map;
+  run.scene_W = LoadMesh(folder / "scene.ply", 1);
+  const Config& config = run.record.config;
+  run.sonar = config.Read<SonarOptions>("sonar");
+  run.submap = config.Read<SubmapOptions>("submap");
+  run.sensor_model = config.Read<SensorModelOptions>("sensor_model");
+  run.planner = config.Read<PlannerOptions>("planner");
+  run.exploration = config.Read<ExplorationOptions>("exploration");
+  run.simulation = config.Read<WorldOptions>("simulation");
+  run.options = config.Read<EvaluationOptions>("evaluation");
+  run.scans_of = AssignScans(run.record, run.map);
+  return run;
+}
+
+void AppendMoved(const std::vector<Vec3>& points_M, const Pose3& X_WM, std::vector<Vec3>& cloud_W) {
+  for (const Vec3& p_M : points_M) cloud_W.push_back(X_WM * p_M);
+}
+
+/// Occupied voxels of all submaps, built and placed with true poses.
+std::vector<Vec3> TruthCloud(const Run& run) {
+  std::vector<std::vector<Vec3>> parts(run.scans_of.size());
+  ParallelFor(run.scans_of.size(), [&](std::size_t s) {
+    if (run.scans_of[s].empty()) return;
+    BrickGrid grid(run.submap.voxel_size_m);
+    ScanInserter inserter(SensorModel(run.sensor_model), run.submap.voxel_size_m);
+    const Pose3 X_WM = run.scans_of[s].front().run->X_WB_true;
+    for (const PlacedScan& placed : run.scans_of[s])
+      inserter.Insert(placed.run->scan, Ominus(X_WM, placed.run->X_WB_true), grid);
+    AppendMoved(OccupiedPoints(grid, run.occupied_from(), run.options.min_neighbours), X_WM,
+                parts[s]);
+  });
+  std::vector<Vec3> cloud_W;
+  for (const auto& part : parts) cloud_W.insert(cloud_W.end(), part.begin(), part.end());
+  return cloud_W;
+}
+
+std::vector<Vec3> MapCloud(const Run& run, bool at_odometry) {
+  std::vector<Vec3> cloud_W;
+  for (const SubmapPtr& submap : run.map.submaps)
+    AppendMoved(OccupiedPoints(submap->grid, run.occupied_from(), run.options.min_neighbours),
+                at_odometry ? submap->base.odometry.X_OB : run.map.X_WM.at(submap->id()), cloud_W);
+  return cloud_W;
+}
+
+std::vector<Vec3> StandardCloud(const Run& run) {
+  StandardMap map(run.submap.voxel_size_m, run.sensor_model);
+  for (const auto& scans : run.scans_of)
+    for (const PlacedScan& placed : scans) map.Insert(placed.run->scan, placed.run->odometry.X_OB);
+  BrickGrid occupied(run.submap.voxel_size_m);
+  for (auto leaf = map.tree().begin_leafs(); leaf != map.tree().end_leafs(); ++leaf) {
+    const LogOddsUnits units = ToUnits(leaf->getLogOdds());
+    if (units < run.occupied_from()) continue;
+    const octomap::point3d p = leaf.getCoordinate();
+    occupied.At(occupied.grid().KeyOf({p.x(), p.y(), p.z()})) = units;
+  }
+  return OccupiedPoints(occupied, run.occupied_from(), run.options.min_neighbours);
+}
+
+double RmseOf(const std::vector<Vec3>& cloud, const std::vector<Vec3>& truth) {
+  return cloud.empty() || truth.empty() ? 0 : MeasureCloud(cloud, truth).rmse_m;
+}
+
+void JudgeClouds(const Run& run, const std::filesystem::path& folder, Json& metrics) {
+  const std::vector<Vec3> truth = TruthCloud(run);
+  WriteCloud(folder / "reconstruction_truth.ply", truth);
+  const auto judge = [&](const char* name, const std::vector<Vec3>& cloud) {
+    WriteCloud(folder / (std::string("reconstruction_") + name + ".ply"), cloud);
+    metrics["rmse_m"][name] = RmseOf(cloud, truth);
+  };
+  judge("vog", MapCloud(run, /*at_odometry=*/false));
+  judge("vog_no_lc", MapCloud(run, /*at_odometry=*/true));
+  judge("standard", StandardCloud(run));
+}
+
+void JudgePoints(const Run& run, Json& metrics) {
+  std::vector<Vec3> truth, estimate, odometry;
+  for (const auto& scans : run.scans_of)
+    for (const PlacedScan& placed : scans)
+      for (const Vec3& p_B : EndPoints_B(placed.run->scan)) {
+        truth.push_back(placed.run->X_WB_true * p_B);
+        estimate.push_back(placed.X_WB_estimate * p_B);
+        odometry.push_back(placed.run->odometry.X_OB * p_B);
+      }
+  const std::vector<Vec3> thin_truth = Downsample(truth, kPointCell_m);
+  const auto judge = [&](const char* name, const std::vector<Vec3>& points) {
+    metrics["rmse_points_m"][name] = RmseOf(Downsample(points, kPointCell_m), thin_truth);
+    if (points.empty()) return;
+    const Pose3 X_truth_estimate = AlignPoints(points, truth);
+    double sum_m = 0;
+    for (std::size_t i = 0; i < points.size(); ++i)
+      sum_m += (X_truth_estimate * points[i] - truth[i]).norm();
+    metrics["point_error_m"][name] = sum_m / static_cast<double>(points.size());
+  };
+  judge("estimate", estimate);
+  judge("odometry", odometry);
+}
+
+struct Trajectories {
+  Trajectory truth, estimate, odometry;
+};
+
+Trajectories MakeTrajectories(const Run& run) {
+  Trajectories all;
+  for (const auto& scans : run.scans_of)
+    for (const PlacedScan& placed : scans) {
+      const Time time = placed.run->scan.time;
+      all.truth.push_back({time, placed.run->X_WB_true});
+      all.estimate.push_back({time, placed.X_WB_estimate});
+      all.odometry.push_back({time, placed.run->odometry.X_OB});
+    }
+  return all;
+}
+
+double ErrorAt(const Trajectory& trajectory, const Trajectory& truth, std::size_t i) {
+  return (trajectory[i].X_WB.translation() - truth[i].X_WB.translation()).norm();
+}
+
+Json PositionError(const Trajectory& trajectory, const Trajectory& truth) {
+  if (truth.empty()) return {{"mean", 0}, {"end", 0}};
+  double sum_m = 0;
+  for (std::size_t i = 0; i < truth.size(); ++i) sum_m += ErrorAt(trajectory, truth, i);
+  return {{"mean", sum_m / static_cast<double>(truth.size())},
+          {"end", ErrorAt(trajectory, truth, truth.size() - 1)}};
+}
+
+/// Whether the hull fits somewhere at some heading: the box is square, so a quarter turn repeats.
+bool HullFits(const MeshClearance& clearance, const RayCaster& scene, const Vec3& p_W) {
+  constexpr int kHeadings = 4;
+  if (scene.Inside(p_W)) return false;
+  for (int i = 0; i < kHeadings; ++i) {
+    if (!clearance.Collides(MakePose(p_W, {0, 0, i * std::numbers::pi / 2 / kHeadings})))
+      return true;
+  }
+  return false;
+}
+
+Json TimeToJson(const CoverageCurve& curve, double share) {
+  const auto time_s = curve.TimeTo(share);
+  return time_s ? Json(*time_s) : Json(nullptr);
+}
+
+Json SeriesOf(const CoverageCurve& curve) {
+  Json series = Json::array();
+  double next_s = 0;
+  for (const auto& [time_s, share] : curve.points) {
+    if (time_s < next_s) continue;
+    series.push_back({time_s, share});
+    next_s = time_s + kSeriesStep_s;
+  }
+  return series;
+}
+
+void JudgeCoverage(const Run& run, Json& metrics, Json& series) {
+  const RayCaster scene(run.scene_W);
+  const MeshClearance clearance(run.scene_W, run.planner.hull_size_m);
+  const TrueWorld world{
+      [&](const Vec3& from_W, const Vec3& to_W) { return scene.Occluded(from_W, to_W); },
+      [&](const Vec3& p_W) { return HullFits(clearance, scene, p_W); }};
+  const Eigen::AlignedBox3d box_W = run.exploration.box_W();
+  const Reachability reach(world, box_W, run.simulation.start_position_m, run.options.reach_step_m);
+
+  const auto samples = SampleSurface(run.scene_W, run.options.surface_spacing_m);
+  std::vector<char> is_reachable(samples.size());
+  ParallelFor(samples.size(), [&](std::size_t i) {
+    is_reachable[i] =
+        box_W.contains(samples[i].position_W_m) &&
+        reach.IsVisible(samples[i].position_W_m, run.sonar.max_range_m, &samples[i].normal_W);
+  });
+  std::vector<SurfaceSample> reachable;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    if (is_reachable[i]) reachable.push_back(samples[i]);
+  }
+
+  const VoxelGrid grid(run.submap.voxel_size_m);
+  const VoxelBox box = VoxelsOf(grid, box_W);
+  // Seen on a lattice of every second voxel, and taken for its neighbours too.
+  constexpr int kStride = 2;
+  const VoxelGrid coarse(kStride * run.submap.voxel_size_m);
+  const VoxelBox coarse_box = VoxelsOf(coarse, box_W);
+  std::vector<VoxelKey> coarse_voxels;
+  ForEachVoxel(coarse_box, [&](const VoxelKey& voxel) { coarse_voxels.push_back(voxel); });
+  std::vector<char> coarse_visible(coarse_voxels.size());
+  ParallelFor(coarse_voxels.size(), [&](std::size_t i) {
+    const Vec3 p_W = coarse.CenterOf(coarse_voxels[i]);
+    coarse_visible[i] = !scene.Inside(p_W) && reach.IsVisible(p_W, run.sonar.max_range_m);
+  });
+  std::vector<bool> visible(box.count());
+  ForEachVoxel(box, [&](const VoxelKey& voxel) {
+    const VoxelKey parent = coarse.KeyOf(grid.CenterOf(voxel));
+    visible[box.IndexOf(voxel)] =
+        coarse_box.Contains(parent) && coarse_visible[coarse_box.IndexOf(parent)];
+  });
+
+  SurfaceCoverage surface(std::move(reachable), run.options.surface_tolerance_m);
+  VolumeCoverage volume(grid, box, std::move(visible));
+  for (const auto& scans : run.scans_of)
+    for (const PlacedScan& placed : scans) {
+      surface.AddScan(placed.run->scan, placed.run->X_WB_true);
+      volume.AddScan(placed.run->scan, placed.run->X_WB_true);
+    }
+  metrics["coverage"] = {{"surface", surface.curve().final_share()},
+                         {"volume", volume.curve().final_share()}};
+  metrics["time_to_s"] = {{"surface_90", TimeToJson(surface.curve(), 0.90)},
+                          {"volume_95", TimeToJson(volume.curve(), 0.95)}};
+  series["surface"] = SeriesOf(surface.curve());
+  series["volume"] = SeriesOf(volume.curve());
+}
+
+void JudgeCollisions(const Run& run, Json& metrics) {
+  const MeshClearance clearance(run.scene_W, run.planner.hull_size_m);
+  std::vector<double> distance_m(run.record.truth.size());
+  ParallelFor(distance_m.size(), [&](std::size_t i) {
+    distance_m[i] = clearance.DistanceAt(run.record.truth[i].X_WB);
+  });
+  int collisions = 0;
+  double min_m = std::numeric_limits<double>::max();
+  bool was_touching = false;
+  for (const double distance : distance_m) {
+    const bool is_touching = distance <= 0;
+    collisions += is_touching && !was_touching;
+    was_touching = is_touching;
+    min_m = std::min(min_m, distance);
+  }
+  metrics["collisions"] = collisions;
+  metrics["min_clearance_m"] = min_m;
+}
+
+std::string SceneNameOf(const SceneOptions& scene) {
+  switch (scene.kind) {
+    case SceneKind::kPropeller:
+      return "propeller";
+    case SceneKind::kTank:
+      return "tank";
+    case SceneKind::kMesh:
+      break;
+  }
+  return std::filesystem::path(scene.mesh).stem().string();
+}
+
+Json ErrorSeries(const Trajectory& trajectory, const Trajectory& truth) {
+  Json series = Json::array();
+  double next_s = 0;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    const double time_s = ToSeconds(truth[i].time);
+    if (time_s < next_s) continue;
+    series.push_back({time_s, ErrorAt(trajectory, truth, i)});
+    next_s = time_s + kSeriesStep_s;
+  }
+  return series;
+}
+
+}  // namespace
+
+nlohmann::ordered_json EvaluateRun(const std::filesystem::path& folder) {
+  const Run run = ReadAll(folder);
+  const Trajectories trajectories = MakeTrajectories(run);
+  WriteTum(folder / "truth.tum", trajectories.truth);
+  WriteTum(folder / "odometry.tum", trajectories.odometry);
+  WriteTum(folder / "estimate.tum", trajectories.estimate);
+
+  Json metrics, series;
+  metrics["scene"] = SceneNameOf(run.record.config.Read<SceneOptions>("scene"));
+  metrics["mode"] = run.record.mode;
+  metrics["planner"] = "nbvp";
+  metrics["seed"] = run.record.seed;
+  metrics["end_reason"] = run.record.end_reason;
+  metrics["submaps"] = run.map.submaps.size();
+  metrics["scans"] = trajectories.truth.size();
+  metrics["vehicle_time_s"] = run.record.end_time_s;
+  metrics["path_length_m"] = PathLength(trajectories.truth);
+  JudgeClouds(run, folder, metrics);
+  JudgePoints(run, metrics);
+  metrics["position_error_m"] = {
+      {"odometry", PositionError(trajectories.odometry, trajectories.truth)},
+      {"estimate", PositionError(trajectories.estimate, trajectories.truth)}};
+  JudgeCoverage(run, metrics, series);
+  metrics["loop_closures"] = {{"full", run.record.full_closures},
+                              {"partial", run.record.partial_closures},
+                              {"rejected", run.record.rejected_closures}};
+  JudgeCollisions(run, metrics);
+
+  series["odometry_error_m"] = ErrorSeries(trajectories.odometry, trajectories.truth);
+  series["estimate_error_m"] = ErrorSeries(trajectories.estimate, trajectories.truth);
+  WriteFileAtomically(folder / "timeseries.json", series.dump(1) + "\n");
+  WriteFileAtomically(folder / "metrics.json", metrics.dump(2) + "\n");
+  return metrics;
+}
+
+}  // namespace vog

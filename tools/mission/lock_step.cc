@@ -1,0 +1,107 @@
+#include "tools/mission/lock_step.h"
+
+#include <chrono>
+
+#include "lib/messages/endpoint.h"
+#include "procs/controller/controller_node.h"
+#include "procs/map_service/map_service_node.h"
+#include "procs/nav_bridge/nav_bridge_node.h"
+#include "procs/planner/planner_node.h"
+#include "procs/slam/slam_node.h"
+#include "procs/sonar_reader/sonar_reader_node.h"
+
+namespace vog {
+namespace {
+
+constexpr std::int8_t kFull = 1, kPartial = 2;
+
+MapServiceSettings MapSettings(const Config& config, const std::string& directory) {
+  MapServiceSettings settings = MapServiceSettings::From(config);
+  settings.map.directory = directory;
+  return settings;
+}
+
+}  // namespace
+
+void LatencyOptions::Visit(OptionsVisitor& v) {
+  const auto visit = [&](const char* key, double& field) {
+    v(key, field, Between(0, 60), "modelled time that the process's work takes, in lock step");
+  };
+  visit("nav_bridge_s", nav_bridge_s);
+  visit("sonar_reader_s", sonar_reader_s);
+  visit("map_service_s", map_service_s);
+  visit("slam_s", slam_s);
+  visit("planner_s", planner_s);
+  visit("controller_s", controller_s);
+}
+
+void ProgressWatcher::OnMessage(Time time, const std::string& channel, Bytes bytes) {
+  progress_.vehicle_time_s = ToSeconds(time);
+  if (channel == outputs::kMapStatus.name) {
+    map_status_t status{};
+    if (!Decode(bytes, status)) return;
+    progress_.submaps = status.submaps;
+    progress_.is_complete = status.complete;
+    progress_.map_fault = status.fault;
+  } else if (channel == outputs::kGraph.name) {
+    graph_t graph{};
+    if (!Decode(bytes, graph)) return;
+    progress_.closures = 0;
+    for (const graph_edge_t& edge : graph.edge)
+      progress_.closures += edge.kind == kFull || edge.kind == kPartial;
+  } else if (channel == outputs::kMissionStatus.name) {
+    mission_status_t status{};
+    if (!Decode(bytes, status)) return;
+    progress_.state = status.state;
+    progress_.end_reason = status.end_reason;
+    progress_.explored_m3 = status.explored_m3;
+  }
+}
+
+struct LockStepSystem::Nodes {
+  Nodes(QueueBus& bus, const Config& config, const std::string& map_directory,
+        const LatencyOptions& latency)
+      : nav_bridge(bus.AddNode("vog-nav-bridge", FromSeconds(latency.nav_bridge_s)),
+                   NavBridgeSettings::From(config)),
+        sonar_reader(bus.AddNode("vog-sonar-reader", FromSeconds(latency.sonar_reader_s)),
+                     SonarReaderSettings::From(config)),
+        map_service(bus.AddNode("vog-map-service", FromSeconds(latency.map_service_s)),
+                    MapSettings(config, map_directory)),
+        slam(bus.AddNode("vog-slam", FromSeconds(latency.slam_s)), SlamNodeSettings::From(config)),
+        planner(bus.AddNode("vog-planner", FromSeconds(latency.planner_s)),
+                PlannerSettings::From(config)),
+        controller(bus.AddNode("vog-controller", FromSeconds(latency.controller_s)),
+                   ControllerSettings::From(config)) {}
+
+  NavBridgeNode nav_bridge;
+  SonarReaderNode sonar_reader;
+  MapServiceNode map_service;
+  SlamNode slam;
+  PlannerNode planner;
+  ControllerNode controller;
+};
+
+LockStepSystem::LockStepSystem(const Config& config, const std::string& map_directory,
+                               QueueBus::Observer observer) {
+  bus_.Observe(
+      [this, observer = std::move(observer)](Time time, const std::string& channel, Bytes bytes) {
+        watcher_.OnMessage(time, channel, bytes);
+        observer(time, channel, bytes);
+      });
+  bus_.ObserveHandled([this](const QueueBus::Handled& handled) { OnHandled(handled); });
+  nodes_ =
+      std::make_unique<Nodes>(bus_, config, map_directory, config.Read<LatencyOptions>("latency"));
+}
+
+LockStepSystem::~LockStepSystem() = default;
+
+void LockStepSystem::OnHandled(const QueueBus::Handled& handled) {
+  timing_.node_wall_s[handled.node] += handled.wall_s;
+  if (handled.node != "vog-planner" || handled.channel != outputs::kPose.name) return;
+  for (const std::string& channel : handled.published) {
+    if (channel == outputs::kPlan.name)
+      timing_.planning.push_back({progress().submaps, handled.wall_s});
+  }
+}
+
+}  // namespace vog

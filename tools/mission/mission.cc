@@ -1,0 +1,129 @@
+#include "tools/mission/mission.h"
+
+#include <array>
+
+#include "lib/base/config_tables.h"
+#include "lib/base/files.h"
+#include "lib/bus/lcm_bus.h"
+#include "lib/bus/lcm_log.h"
+#include "lib/bus/stopwatch.h"
+#include "procs/controller/controller_node.h"
+#include "procs/map_service/map_service_node.h"
+#include "procs/nav_bridge/nav_bridge_node.h"
+#include "procs/planner/planner_node.h"
+#include "procs/sim/sim_node.h"
+#include "procs/slam/slam_node.h"
+#include "procs/sonar_reader/sonar_reader_node.h"
+#include "sim/scene/mesh_file.h"
+#include "tools/mission/evaluate.h"
+#include "tools/mission/progress_bar.h"
+
+namespace vog {
+namespace {
+
+// After the mission's end the last submap must be registered and saved within this vehicle time.
+constexpr Duration kMaxFinish = std::chrono::seconds(30);
+
+/// A number for the run that depends on its settings alone, so that equal missions give equal logs.
+std::int64_t RunIdOf(const Config& config) {
+  const std::string text = config.ToToml();
+  const std::int64_t id = std::int64_t{Crc32(text)} << 20 ^ Crc32(text + "vogmap");
+  return id == 0 ? 1 : id;
+}
+
+}  // namespace
+
+void CheckConfig(const Config& config) {
+  config.RejectUnknownTables(kConfigTables);
+  NavBridgeSettings::From(config);
+  SonarReaderSettings::From(config);
+  MapServiceSettings::From(config);
+  SlamNodeSettings::From(config);
+  PlannerSettings::From(config);
+  ControllerSettings::From(config);
+  config.Read<EvaluationOptions>("evaluation");
+  config.Read<LatencyOptions>("latency");
+  config.Read<LiveOptions>("live");
+}
+
+Config LoadMission(const std::string& file, const MissionOverrides& overrides) {
+  Config config = Config::Load(file);
+  if (overrides.mode) config.Set("mission.mode='" + *overrides.mode + "'");
+  if (overrides.seed) config.Set("mission.seed=" + std::to_string(*overrides.seed));
+  if (overrides.max_submaps)
+    config.Set("mission.max_submaps=" + std::to_string(*overrides.max_submaps));
+  for (const std::string& setting : overrides.settings) config.Set(setting);
+  CheckConfig(config);
+  if (config.Read<BusOptions>("bus").run_id == 0)
+    config.Set("bus.run_id=" + std::to_string(RunIdOf(config)));
+  return config;
+}
+
+void PrepareFolder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw SystemError(folder.string() + ": cannot create: " + error.message());
+  for (const char* name :
+       {"map", "lcm.log", "scene.ply", "metrics.json", "timing.json", "timeseries.json",
+        "report.html", "truth.tum", "odometry.tum", "estimate.tum", "reconstruction_truth.ply",
+        "reconstruction_vog.ply", "reconstruction_vog_no_lc.ply", "reconstruction_standard.ply"})
+    std::filesystem::remove_all(folder / name, error);
+}
+
+std::string ProgressText(const RunProgress& progress, int max_submaps, double wall_s) {
+  std::array<char, 160> text;
+  std::snprintf(text.data(), text.size(),
+                "%d/%d submaps, %.0f m3 explored, %d closures, %.0f s of vehicle time in %.0f s",
+                progress.submaps, max_submaps, progress.explored_m3, progress.closures,
+                progress.vehicle_time_s, wall_s);
+  return text.data();
+}
+
+void WriteTiming(const RunTiming& timing, const std::filesystem::path& file) {
+  nlohmann::ordered_json json;
+  json["wall_s"] = timing.wall_s;
+  json["node_wall_s"] = timing.node_wall_s;
+  json["planning"] = nlohmann::ordered_json::array();
+  for (const PlanningTime& planning : timing.planning)
+    json["planning"].push_back({{"submaps", planning.submaps}, {"wall_s", planning.wall_s}});
+  WriteFileAtomically(file, json.dump(1) + "\n");
+}
+
+nlohmann::ordered_json RunMission(const Config& config, const std::filesystem::path& folder) {
+  const Stopwatch stopwatch;
+  const SimSettings sim_settings = SimSettings::From(config);
+  PrepareFolder(folder);
+  RunTiming timing;
+  {
+    LcmLogWriter log((folder / "lcm.log").string());
+    LockStepSystem system(config, (folder / "map").string(),
+                          [&](Time time, const std::string& channel, Bytes bytes) {
+                            log.Write(time, channel, bytes);
+                          });
+    Bus& sim_bus = system.bus().AddNode("vog-sim");
+    SimNode sim(sim_bus, sim_settings);
+    SaveMesh(sim_settings.scene_W, folder / "scene.ply");
+    sim.AdvanceTo(Time{});
+    sim_bus.Every(sim.tick(), [&](Time now) { sim.AdvanceTo(now); });
+
+    ProgressBar bar;
+    std::optional<Time> finished;
+    while (!system.progress().is_complete) {
+      const Time now = system.bus().now() + sim.tick();
+      system.bus().RunUntil(now);
+      const RunProgress& progress = system.progress();
+      if (progress.state == "finished" && !finished) finished = now;
+      if (finished && now - *finished > kMaxFinish)
+        throw SystemError(progress.map_fault.empty() ? "the map was not completed"
+                                                     : progress.map_fault);
+      bar.Show(static_cast<double>(progress.submaps) / sim_settings.mission.max_submaps,
+               ProgressText(progress, sim_settings.mission.max_submaps, stopwatch.seconds()));
+    }
+    timing = system.timing();
+  }
+  timing.wall_s = stopwatch.seconds();
+  WriteTiming(timing, folder / "timing.json");
+  return EvaluateRun(folder);
+}
+
+}  // namespace vog

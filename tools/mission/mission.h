@@ -1,0 +1,44 @@
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "lib/base/config.h"
+#include "tools/mission/lock_step.h"
+
+namespace vog {
+
+/// The command line's changes to a mission file.
+struct MissionOverrides {
+  std::optional<std::string> mode;
+  std::optional<std::int64_t> seed;
+  std::optional<int> max_submaps;
+  std::optional<std::string> scene;   ///< A mesh file.
+  std::vector<std::string> settings;  ///< table.key=value.
+};
+
+/// Reads a mission file, puts the overrides on top, and checks every table of it. @throws
+/// UsageError.
+Config LoadMission(const std::string& file, const MissionOverrides& overrides);
+
+/// Checks every table that any process or tool reads. @throws UsageError.
+void CheckConfig(const Config& config);
+
+/// Flies a mission in lock step and leaves in `folder`: lcm.log, map/, scene.ply, timing.json and
+/// all that EvaluateRun() and WriteReport() write. What an earlier mission left there is removed
+/// first. Returns the metrics. @throws UsageError, SystemError.
+nlohmann::ordered_json RunMission(const Config& config, const std::filesystem::path& folder);
+
+/// Creates `folder`, or empties it of what an earlier mission left.
+void PrepareFolder(const std::filesystem::path& folder);
+
+/// Writes the wall times of a run.
+void WriteTiming(const RunTiming& timing, const std::filesystem::path& file);
+
+/// One line about how far a run is.
+std::string ProgressText(const RunProgress& progress, int max_submaps, double wall_s);
+
+}  // namespace vog

@@ -1,0 +1,114 @@
+#include "tools/mission/run_record.h"
+
+#include <algorithm>
+
+#include "lib/bus/lcm_log.h"
+#include "lib/messages/convert.h"
+#include "lib/messages/endpoint.h"
+#include "lib/scan/scan_synchronizer.h"
+
+namespace vog {
+namespace {
+
+/// Builds a RunRecord from a log's events.
+class Recorder {
+ public:
+  void Add(const LogEvent& event) {
+    const auto is = [&](const auto& channel) { return event.channel == channel.name; };
+    if (is(inputs::kRun)) {
+      With<run_t>(event, [&](const run_t& run) { OnRun(run); });
+    } else if (is(inputs::kTruth)) {
+      With<truth_t>(event, [&](const truth_t& message) {
+        if (const auto X_WB = FromMessage(message.X_WB))
+          record_.truth.push_back({TimeOf(message.header), *X_WB});
+      });
+    } else if (is(outputs::kNav)) {
+      With<nav_t>(event, [&](const nav_t& message) {
+        if (const auto sample = FromMessage(message)) synchronizer_.Add(*sample);
+      });
+    } else if (is(outputs::kScan)) {
+      With<scan_t>(event, [&](const scan_t& message) {
+        if (auto scan = FromMessage(message)) synchronizer_.Add(std::move(*scan));
+      });
+    } else if (is(outputs::kPose)) {
+      With<pose_estimate_t>(event, [&](const pose_estimate_t& message) {
+        if (const auto X_WB = FromMessage(message.X_WB))
+          record_.online_estimate.push_back({TimeOf(message.header), *X_WB});
+      });
+    } else if (is(outputs::kGraph)) {
+      With<graph_t>(event, [&](const graph_t& graph) { OnGraph(graph); });
+    } else if (is(outputs::kMissionStatus)) {
+      With<mission_status_t>(event, [&](const mission_status_t& status) { OnStatus(status); });
+    }
+    while (auto registered = synchronizer_.Next())
+      record_.scans.push_back({std::move(registered->scan), registered->odometry});
+  }
+
+  RunRecord Finish(const std::filesystem::path& log) {
+    if (!has_run_) throw UsageError(log.string() + ": no RUN message; not a log of a run");
+    if (record_.truth.empty())
+      throw UsageError(log.string() + ": no TRUTH messages; only simulated runs can be evaluated");
+    PlaceScans();
+    return std::move(record_);
+  }
+
+ private:
+  template <class Message, class Handle>
+  static void With(const LogEvent& event, Handle handle) {
+    Message message{};
+    if (Decode(event.bytes, message)) handle(message);
+  }
+
+  void OnRun(const run_t& run) {
+    record_.config = Config::Parse(run.config_toml, "the log's configuration");
+    record_.mode = run.mode;
+    record_.seed = run.seed;
+    record_.run_id = run.header.run_id;
+    has_run_ = true;
+  }
+
+  void OnGraph(const graph_t& graph) {
+    const auto count = [&](std::int8_t kind) {
+      return static_cast<int>(std::count_if(graph.edge.begin(), graph.edge.end(),
+                                            [&](const auto& edge) { return edge.kind == kind; }));
+    };
+    record_.full_closures = count(1);
+    record_.partial_closures = count(2);
+    record_.rejected_closures = count(3);
+  }
+
+  void OnStatus(const mission_status_t& status) {
+    if (status.state != "finished" || !record_.end_reason.empty()) return;
+    record_.end_reason = status.end_reason;
+    record_.end_time_s = ToSeconds(TimeOf(status.header));
+  }
+
+  /// Scans without truth, at the very end of a log, are left out.
+  void PlaceScans() {
+    std::vector<RunScan> placed;
+    for (RunScan& scan : record_.scans) {
+      const auto truth =
+          std::lower_bound(record_.truth.begin(), record_.truth.end(), scan.scan.time,
+                           [](const TimedPose& pose, Time time) { return pose.time < time; });
+      if (truth == record_.truth.end() || truth->time != scan.scan.time) continue;
+      scan.X_WB_true = truth->X_WB;
+      placed.push_back(std::move(scan));
+    }
+    record_.scans = std::move(placed);
+  }
+
+  RunRecord record_;
+  ScanSynchronizer synchronizer_;
+  bool has_run_ = false;
+};
+
+}  // namespace
+
+RunRecord ReadRun(const std::filesystem::path& log) {
+  LcmLogReader reader(log.string());
+  Recorder recorder;
+  while (const auto event = reader.Next()) recorder.Add(*event);
+  return recorder.Finish(log);
+}
+
+}  // namespace vog

@@ -1,0 +1,14 @@
+#pragma once
+
+#include "lib/base/errors.h"
+
+namespace CLI {
+class App;
+}
+
+namespace vog {
+
+// Each adds one command to the program and runs it when it is parsed.
+void AddMissionCommand(CLI::App& app);
+
+}  // namespace vog

@@ -1,0 +1,39 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+
+#include "tools/mission/mission.h"
+#include "tools/vog/commands.h"
+
+namespace vog {
+namespace {
+
+struct Arguments {
+  std::string config, out;
+  MissionOverrides overrides;
+  bool json = false;
+};
+
+void Run(const Arguments& arguments) {
+  const Config config = LoadMission(arguments.config, arguments.overrides);
+  const auto metrics = RunMission(config, arguments.out);
+  std::printf("%s\n", metrics.dump(2).c_str());
+}
+
+}  // namespace
+
+void AddMissionCommand(CLI::App& app) {
+  auto* command = app.add_subcommand("mission", "Explore a simulated structure and judge the map.");
+  const auto arguments = std::make_shared<Arguments>();
+  MissionOverrides& overrides = arguments->overrides;
+  command->add_option("config", arguments->config, "mission file (TOML)")->required();
+  command->add_option("--out", arguments->out, "folder for map, log, metrics and report")
+      ->required();
+  command->add_option("--mode", overrides.mode, "vog, vog-no-lc or standard");
+  command->add_option("--seed", overrides.seed, "seed of all that is random");
+  command->add_option("--max-submaps", overrides.max_submaps, "budget");
+  command->add_option("--set", overrides.settings, "table.key=value, on top of the file");
+  command->callback([arguments] { Run(*arguments); });
+}
+
+}  // namespace vog

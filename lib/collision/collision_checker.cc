@@ -15,46 +15,75 @@ constexpr int kPieceSamples = 8;
 }  // namespace
 
 CollisionChecker::CollisionChecker(const CollisionRules& rules) : rules_(rules) {}
-CollisionChecker::~CollisionChecker() = default;
 
-Eigen::AlignedBox3d CollisionChecker::SweptBounds(const Waypoint& from, const Waypoint& to,
-                                                  double extra_m) const {
-  const double margin_m = std::max({rules_.clearance_m + extra_m, rules_.unknown_clearance_m, 0.0});
+CollisionChecker CollisionChecker::Scaled(double share) const {
+  CollisionChecker scaled = *this;
+  scaled.rules_.clearance_m *= share;
+  scaled.rules_.unknown_clearance_m *= share;
+  scaled.rules_.uncertainty_sigmas *= share;
+  return scaled;
+}
+
+void CollisionChecker::SetPresence(const Waypoint& at, double margin_m, Presence presence) {
+  X_PW_ = at.X_WB().inverse();
+  presence_half_m_ = 0.5 * rules_.hull_size_m + Vec3::Constant(margin_m);
+  presence_ = presence;
+}
+
+bool CollisionChecker::IsInsideHull(const Vec3& p_W) const {
+  return ((X_PW_ * p_W).cwiseAbs().array() < presence_half_m_.array()).all();
+}
+
+Eigen::AlignedBox3d CollisionChecker::SweptBounds(const OccupancyMap& map, const Waypoint& from,
+                                                  const Waypoint& to) const {
+  const double clearance_m = std::max(rules_.clearance_m, rules_.unknown_clearance_m);
+  const double uncertainty_m =
+      std::min(rules_.max_uncertainty_m, rules_.uncertainty_sigmas * map.max_sigma_m());
   // The box may turn on the way: its corners stay within this cylinder.
-  const double radius_m =
-      0.5 * rules_.hull_size_m.head<2>().norm() + std::numbers::sqrt2 * margin_m;
-  const Vec3 reach(radius_m, radius_m, 0.5 * rules_.hull_size_m.z() + margin_m);
+  const double radius_m = 0.5 * rules_.hull_size_m.head<2>().norm() +
+                          std::numbers::sqrt2 * (clearance_m + uncertainty_m);
+  const Vec3 reach(radius_m, radius_m, 0.5 * rules_.hull_size_m.z() + clearance_m);
   Eigen::AlignedBox3d bounds(from.position_W_m);
   bounds.extend(to.position_W_m);
   return {bounds.min() - reach, bounds.max() + reach};
 }
 
-void CollisionChecker::FindObstacles(const OccupancyMap& map, const Eigen::AlignedBox3d& bounds_W,
-                                     std::vector<Obstacle>& obstacles) const {
-  obstacles.clear();
+void CollisionChecker::FindObstacles(const OccupancyMap& map,
+                                     const Eigen::AlignedBox3d& bounds_W) const {
+  obstacles_.clear();
+  occupied_.clear();
   const VoxelBox box = VoxelsOf(map.grid(), bounds_W);
   map.LogOddsIn(box, log_odds_);
   std::size_t i = 0;
   ForEachVoxel(box, [&](const VoxelKey& voxel) {
     const VoxelState state = map.StateOf(log_odds_[i++]);
     if (state == VoxelState::kFree) return;
-    const bool is_occupied = state == VoxelState::kOccupied;
     const Vec3 center_W = map.grid().CenterOf(voxel);
-    const bool blocks = is_occupied || (rules_.unknown_blocks &&
-                                        (center_W - bubble_.center_W_m).norm() >= bubble_.radius_m);
-    if (blocks) obstacles.push_back({center_W, is_occupied});
+    if (state == VoxelState::kOccupied) {
+      if (presence_ == Presence::kCoversUnknown || !IsInsideHull(center_W))
+        occupied_.push_back(voxel);
+    } else if (rules_.unknown_blocks && !IsInsideHull(center_W) &&
+               (center_W - bubble_.center_W_m).norm() >= bubble_.radius_m) {
+      obstacles_.push_back({center_W, Vec3::Constant(rules_.unknown_clearance_m)});
+    }
   });
+  sigma_m_.resize(occupied_.size());
+  map.SigmaOf(occupied_, sigma_m_);
+  for (std::size_t o = 0; o < occupied_.size(); ++o) {
+    const double uncertainty_m =
+        std::min(rules_.max_uncertainty_m, rules_.uncertainty_sigmas * sigma_m_[o]);
+    obstacles_.push_back(
+        {map.grid().CenterOf(occupied_[o]),
+         Vec3::Constant(rules_.clearance_m) + Vec3(uncertainty_m, uncertainty_m, 0)});
+  }
 }
 
-bool CollisionChecker::Touches(const Waypoint& at, const std::vector<Obstacle>& obstacles,
-                               double voxel_size_m, double extra_m) const {
+bool CollisionChecker::Touches(const Waypoint& at, double voxel_size_m) const {
   const Pose3 X_BW = at.X_WB().inverse();
   const double voxel_radius_m = voxel_size_m * std::numbers::sqrt3 / 2;
   const fcl::Boxd voxel(voxel_size_m, voxel_size_m, voxel_size_m);
-  for (const Obstacle& obstacle : obstacles) {
-    const double margin_m =
-        obstacle.is_occupied ? rules_.clearance_m + extra_m : rules_.unknown_clearance_m;
-    const Vec3 half_m = (0.5 * rules_.hull_size_m + Vec3::Constant(margin_m)).cwiseMax(0.01);
+  for (const Obstacle& obstacle : obstacles_) {
+    const Vec3 half_m = 0.5 * rules_.hull_size_m + obstacle.clearance_m;
     const Vec3 center_B = X_BW * obstacle.center_W_m;
     if ((center_B.cwiseAbs().array() > half_m.array() + voxel_radius_m).any()) continue;
     Pose3 X_BV = X_BW;
@@ -76,26 +105,26 @@ int CollisionChecker::SamplesOf(const OccupancyMap& map, const Waypoint& from,
   return std::max(1, static_cast<int>(std::ceil(travel_m / (0.5 * map.grid().voxel_size_m()))));
 }
 
-bool CollisionChecker::IsFree(const OccupancyMap& map, const Waypoint& at, double extra_m) const {
-  FindObstacles(map, SweptBounds(at, at, extra_m), obstacles_);
-  return !Touches(at, obstacles_, map.grid().voxel_size_m(), extra_m);
+bool CollisionChecker::IsFree(const OccupancyMap& map, const Waypoint& at) const {
+  FindObstacles(map, SweptBounds(map, at, at));
+  return !Touches(at, map.grid().voxel_size_m());
 }
 
-bool CollisionChecker::IsEdgeFree(const OccupancyMap& map, const Waypoint& from, const Waypoint& to,
-                                  double extra_m) const {
-  return FreeFractionOf(map, from, to, extra_m) == 1;
+bool CollisionChecker::IsEdgeFree(const OccupancyMap& map, const Waypoint& from,
+                                  const Waypoint& to) const {
+  return FreeFractionOf(map, from, to) == 1;
 }
 
 double CollisionChecker::FreeFractionOf(const OccupancyMap& map, const Waypoint& from,
-                                        const Waypoint& to, double extra_m) const {
+                                        const Waypoint& to) const {
   const int samples = SamplesOf(map, from, to);
   const auto at = [&](int i) { return Interpolate(from, to, static_cast<double>(i) / samples); };
   // In pieces: most edges that fail do so early, and then the rest need not be read.
   for (int begin = 0; begin <= samples; begin += kPieceSamples) {
     const int end = std::min(begin + kPieceSamples - 1, samples);
-    FindObstacles(map, SweptBounds(at(begin), at(end), extra_m), obstacles_);
+    FindObstacles(map, SweptBounds(map, at(begin), at(end)));
     for (int i = begin; i <= end; ++i) {
-      if (Touches(at(i), obstacles_, map.grid().voxel_size_m(), extra_m))
+      if (Touches(at(i), map.grid().voxel_size_m()))
         return std::max(0, i - 1) / static_cast<double>(samples);
     }
   }

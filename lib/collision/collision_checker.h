@@ -15,6 +15,10 @@ struct CollisionRules {
   double clearance_m = 0.1;          ///< Kept from occupied voxels, on all sides.
   double unknown_clearance_m = 0.0;  ///< Kept from unknown ones, where they block.
   bool unknown_blocks = true;
+  /// The clearance from an occupied voxel grows sideways by so many standard deviations of its
+  /// place.
+  double uncertainty_sigmas = 0;
+  double max_uncertainty_m = 1;  ///< But not by more than this.
 };
 
 /// A ball in W whose unknown voxels are taken for free.
@@ -28,41 +32,51 @@ struct FreeBubble {
 class CollisionChecker {
  public:
   explicit CollisionChecker(const CollisionRules& rules);
-  ~CollisionChecker();
+  /// The same rules with all clearances scaled by `share`; 0 leaves the bare hull.
+  CollisionChecker Scaled(double share) const;
 
   void SetBubble(const FreeBubble& bubble) { bubble_ = bubble; }
+  /// /// Which voxels inside the box at the vehicle's present place are taken for free.
+  enum class Presence { kCoversUnknown, kCoversOccupied };
+  /// Tells that the vehicle is at `at`: voxels inside its box there, grown by `margin_m`, are free.
+  void SetPresence(const Waypoint& at, double margin_m,
+                   Presence presence = Presence::kCoversUnknown);
   const CollisionRules& rules() const { return rules_; }
 
-  /// Whether the box, grown by the clearances, is free at `at`. `extra_m` is added to the clearance
-  /// from occupied voxels; it may be negative.
-  bool IsFree(const OccupancyMap& map, const Waypoint& at, double extra_m = 0) const;
+  /// Whether the box, grown by the clearances, is free at `at`.
+  bool IsFree(const OccupancyMap& map, const Waypoint& at) const;
 
   /// Whether it is free all the way, sampled so densely that no corner moves more than half a voxel
   /// between two samples. Cost: one read of the voxels around the edge, then FCL on those that
   /// block.
-  bool IsEdgeFree(const OccupancyMap& map, const Waypoint& from, const Waypoint& to,
-                  double extra_m = 0) const;
+  bool IsEdgeFree(const OccupancyMap& map, const Waypoint& from, const Waypoint& to) const;
 
   /// The free part of the edge from its start, as a fraction 0..1 of its length.
-  double FreeFractionOf(const OccupancyMap& map, const Waypoint& from, const Waypoint& to,
-                        double extra_m = 0) const;
+  double FreeFractionOf(const OccupancyMap& map, const Waypoint& from, const Waypoint& to) const;
 
  private:
   struct Obstacle {
     Vec3 center_W_m;
-    bool is_occupied;
+    Vec3 clearance_m;  // By which the hull grows on each side.
   };
 
-  Eigen::AlignedBox3d SweptBounds(const Waypoint& from, const Waypoint& to, double extra_m) const;
-  void FindObstacles(const OccupancyMap& map, const Eigen::AlignedBox3d& bounds_W,
-                     std::vector<Obstacle>& obstacles) const;
-  bool Touches(const Waypoint& at, const std::vector<Obstacle>& obstacles, double voxel_size_m,
-               double extra_m) const;
+  Eigen::AlignedBox3d SweptBounds(const OccupancyMap& map, const Waypoint& from,
+                                  const Waypoint& to) const;
+  bool IsInsideHull(const Vec3& p_W) const;
+  void FindObstacles(const OccupancyMap& map, const Eigen::AlignedBox3d& bounds_W) const;
+  bool Touches(const Waypoint& at, double voxel_size_m) const;
   int SamplesOf(const OccupancyMap& map, const Waypoint& from, const Waypoint& to) const;
 
   CollisionRules rules_;
   FreeBubble bubble_;
-  mutable std::vector<float> log_odds_;  // Scratch.
+  // The box at the vehicle's present place, in which nothing can be: half its size is 0 before
+  // SetPresence().
+  Pose3 X_PW_ = Pose3::Identity();
+  Vec3 presence_half_m_ = Vec3::Zero();
+  Presence presence_ = Presence::kCoversUnknown;
+  // Scratch.
+  mutable std::vector<float> log_odds_, sigma_m_;
+  mutable std::vector<VoxelKey> occupied_;
   mutable std::vector<Obstacle> obstacles_;
 };
 

@@ -14,11 +14,11 @@
 namespace vog {
 
 struct LoopClosureOptions {
-  int min_separation = 2;
-  int max_candidates = 6;
+  int min_separation = 1;
+  int max_candidates = 12;
   double cell_m = 0.5;
   double min_predicted_overlap = 0.3;
-  double min_overlap = 0.5;
+  double min_overlap = 0.4;
   double max_rmse_m = 0.12;
   int min_neighbours = 3;
 

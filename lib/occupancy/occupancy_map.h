@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -77,6 +78,15 @@ class OccupancyMap {
   /// `range_m` or to the first occupied one, which is included.
   virtual void CastRay(const Vec3& origin_W, const Vec3& direction_W, double range_m,
                        std::vector<RayVoxel>& ray) const = 0;
+
+  /// How far the content of each voxel may lie sideways from where the map shows it, seen from the
+  /// vehicle: standard deviation [m] of the best placed observation that makes it occupied. 0 where
+  /// a map does not know, and for voxels that are not occupied. @pre the spans are of one size.
+  virtual void SigmaOf(std::span<const VoxelKey> voxels, std::span<float> sigma_m) const {
+    std::fill_n(sigma_m.begin(), voxels.size(), 0.0f);
+  }
+  /// The largest that SigmaOf() may answer.
+  virtual double max_sigma_m() const { return 0; }
 
   /// Grows whenever an answer may have changed.
   virtual std::int64_t revision() const = 0;

@@ -9,14 +9,18 @@ namespace {
 constexpr Duration kCheckPeriod = std::chrono::seconds(1);
 constexpr Duration kPlanTimeout = std::chrono::seconds(60);
 constexpr int kTurns = 8;
-// Distance within which a submap's base is near.
-constexpr double kNearby_m = 3;
 constexpr double kHistoryStep_m = 0.5;
 constexpr double kHistoryStep_rad = 0.5;
 constexpr double kRevisitProgress_m = 0.3;
-constexpr int kMaxFailures = 20;
-// A clearance larger than this leaves no way anywhere.
-constexpr double kMaxUncertainty_m = 1;
+constexpr Duration kHoldTime = std::chrono::seconds(2);
+constexpr int kMaxFailures = 30;
+
+// Shares of the clearances that a place may offer, and the least that a plan keeps to when the
+// vehicle finds itself inside its clearances.
+constexpr double kShares[] = {1, 0.75, 0.5, 0.25};
+constexpr double kLeastShare = 0.5;
+// Half the clearance that was planned with is the controller's and the drift's to use up.
+constexpr double kFlightShare = 0.5;
 
 }  // namespace
 
@@ -63,8 +67,11 @@ const Plan* Explorer::Update(const OccupancyMap& map, const Pose3& X_WB, Time no
 }
 
 bool Explorer::NeedsPlan(const OccupancyMap& map, const Waypoint& at, Time now) {
-  if (!plan_ || HasReached(at) || now - planned_at_ > kPlanTimeout) return true;
-  if (now - checked_at_ < kCheckPeriod) return false;
+  if (!plan_ || now - planned_at_ > kPlanTimeout) return true;
+  if (kind_ == PlanKind::kHold) return now - planned_at_ > kHoldTime;
+  if (HasReached(at)) return true;
+  // The way back was flown before; the map that says otherwise has moved.
+  if (kind_ == PlanKind::kWayBack || now - checked_at_ < kCheckPeriod) return false;
   checked_at_ = now;
   return IsBlocked(map, at);
 }
@@ -76,6 +83,7 @@ bool Explorer::HasReached(const Waypoint& at) const {
 }
 
 bool Explorer::IsBlocked(const OccupancyMap& map, const Waypoint& at) const {
+  const CollisionChecker checker = CheckerAt(map, at, flight_share_);
   // The rest of the path begins behind the waypoint that the vehicle is nearest to leaving.
   const std::vector<Waypoint>& path = plan_->path;
   std::size_t next = path.size() - 1;
@@ -88,64 +96,65 @@ bool Explorer::IsBlocked(const OccupancyMap& map, const Waypoint& at) const {
       next = i + 1;
     }
   }
-  // Half the clearance is the controller's to use up.
-  const double extra_m = -0.5 * options_.clearance_m;
   Waypoint from = at;
   for (std::size_t i = next; i < path.size(); ++i) {
-    if (!checker_.IsEdgeFree(map, from, path[i], extra_m)) return true;
+    if (!checker.IsEdgeFree(map, from, path[i])) return true;
     from = path[i];
   }
   return false;
 }
 
-double Explorer::UncertaintyNear(const Vec3& p_W) const {
-  double nearby = std::numeric_limits<double>::infinity();
-  double nearest = 0, nearest_m = std::numeric_limits<double>::max();
-  for (const PlaceUncertainty& place : places_) {
-    const double distance_m = (place.position_W_m - p_W).norm();
-    if (distance_m < kNearby_m) nearby = std::min(nearby, place.sigma_m);
-    if (distance_m < nearest_m) {
-      nearest_m = distance_m;
-      nearest = place.sigma_m;
-    }
-  }
-  return std::isfinite(nearby) ? nearby : nearest;
-}
-
 void Explorer::MakePlan(const OccupancyMap& map, const Waypoint& at) {
   const bool found = state_ == ExplorerState::kRevisiting ? Revisit(map, at) : Explore(map, at);
-  if (found) {
-    failures_ = 0;
-    return;
-  }
   if (state_ == ExplorerState::kFinished) return;
-  if (++failures_ > kMaxFailures || !BackOut(map, at)) Finish("stuck", at);
+  failures_ = found ? 0 : failures_ + 1;
+  if (found || BackOut(map, at) || Escape(map, at)) return;
+  if (failures_ > kMaxFailures) {
+    Finish("stuck", at);
+  } else {
+    SetPlan({at}, PlanKind::kHold);  // The next scans may clear what is in the way.
+  }
+}
+
+CollisionChecker Explorer::CheckerAt(const OccupancyMap& map, const Waypoint& at,
+                                     double share) const {
+  CollisionChecker checker = checker_.Scaled(share);
+  checker.SetPresence(at, map.grid().voxel_size_m());
+  return checker;
+}
+
+double Explorer::FreeShareAt(const OccupancyMap& map, const Waypoint& at) const {
+  for (const double share : kShares) {
+    if (checker_.Scaled(share).IsFree(map, at)) return share;
+  }
+  return 0;
+}
+
+std::optional<CollisionChecker> Explorer::CheckerFor(const OccupancyMap& map, const Waypoint& at) {
+  for (const double share : kShares) {
+    const CollisionChecker checker = CheckerAt(map, at, share);
+    if (share < kLeastShare || !checker.IsFree(map, at)) continue;
+    flight_share_ = kFlightShare * share;
+    return checker;
+  }
+  return std::nullopt;
 }
 
 bool Explorer::Explore(const OccupancyMap& map, const Waypoint& at) {
-  const ExtraClearance by_uncertainty = [this](const Vec3& p_W) {
-    return std::min(kMaxUncertainty_m, options_.uncertainty_sigmas * UncertaintyNear(p_W));
-  };
-  const ExtraClearance none = [](const Vec3&) { return 0.0; };
-  const ExtraClearance bare_hull = [this](const Vec3&) { return -options_.clearance_m; };
-  bool could_move = false;
-  for (const ExtraClearance* extra_m : {&by_uncertainty, &none, &bare_hull}) {
-    // The bare hull is for getting out, not for going on.
-    if (extra_m == &bare_hull && could_move) break;
-    if (!checker_.IsFree(map, at, (*extra_m)(at.position_W_m))) continue;
-    const TreeContext context{map, checker_, view_, *extra_m};
-    Random random = NextRandom();
-    NbvTree tree(options_, box_W_, at);
-    tree.AddBranch(context, remainder_);
-    tree.GrowTo(context, options_.tree_nodes, random);
-    if (tree.best() == 0) tree.AddTurns(context, kTurns);
-    if (tree.best() == 0) tree.GrowTo(context, options_.max_tree_nodes, random);
-    could_move |= tree.nodes().size() > 1;
-    if (tree.best() == 0) continue;
-    Use(tree, tree.best(), /*first_edge_only=*/true);
+  const auto checker = CheckerFor(map, at);
+  if (!checker) return false;
+  const TreeContext context{map, *checker, view_};
+  Random random = NextRandom();
+  NbvTree tree(options_, box_W_, at);
+  tree.AddBranch(context, remainder_);
+  tree.GrowTo(context, options_.tree_nodes, random);
+  if (tree.best() == 0) tree.AddTurns(context, kTurns);
+  if (tree.best() == 0) tree.GrowTo(context, options_.max_tree_nodes, random);
+  if (tree.best() != 0) {
+    UseFirstEdge(tree);
     return true;
   }
-  if (!could_move) return false;
+  if (tree.nodes().size() < 2) return false;
   if (mission_.when_done == WhenDone::kEnd) {
     Finish("nothing_to_gain", at);
     return false;
@@ -155,53 +164,76 @@ bool Explorer::Explore(const OccupancyMap& map, const Waypoint& at) {
 }
 
 bool Explorer::Revisit(const OccupancyMap& map, const Waypoint& at) {
-  const ExtraClearance none = [](const Vec3&) { return 0.0; };
-  const TreeContext context{map, checker_, view_, none};
+  const auto checker = CheckerFor(map, at);
+  if (!checker) return false;
+  const TreeContext context{map, *checker, view_};
   for (std::size_t tries = 0; tries < history_.size(); ++tries) {
     const Waypoint target = history_[next_revisit_ % history_.size()];
     Random random = NextRandom();
     NbvTree tree(options_, box_W_, at);
     const int node = tree.GrowToward(context, target, options_.tree_nodes, random);
     const double left_m = LengthOf(tree.nodes()[node].at, target);
-    if (node != 0 && left_m < LengthOf(at, target) - kRevisitProgress_m) {
-      Use(tree, node, /*first_edge_only=*/false);
-      return true;
-    }
-    ++next_revisit_;
-    if (node != 0 && left_m < kRevisitProgress_m) {
-      Use(tree, node, /*first_edge_only=*/false);
-      return true;
-    }
+    const bool gets_nearer = left_m < LengthOf(at, target) - kRevisitProgress_m;
+    if (!gets_nearer || left_m < kRevisitProgress_m) ++next_revisit_;
+    if (!gets_nearer) continue;
+    remainder_.clear();
+    SetPlan(tree.BranchTo(node), PlanKind::kPath, &tree, node);
+    return true;
   }
   return false;
 }
 
 bool Explorer::BackOut(const OccupancyMap& map, const Waypoint& at) {
-  Plan plan{++plans_, {at}, {}, -1};
+  std::vector<Waypoint> path = {at};
   for (auto back = history_.rbegin(); back != history_.rend(); ++back) {
-    plan.path.push_back(*back);
-    if (LengthOf(at, *back) > kHistoryStep_m && checker_.IsFree(map, *back)) break;
+    path.push_back(*back);
+    if (LengthOf(at, *back) < kHistoryStep_m || FreeShareAt(map, *back) < kLeastShare) continue;
+    remainder_.clear();
+    SetPlan(std::move(path), PlanKind::kWayBack);
+    return true;
   }
-  if (plan.path.size() < 2) return false;
+  return false;
+}
+
+bool Explorer::Escape(const OccupancyMap& map, const Waypoint& at) {
+  CollisionChecker hull = checker_.Scaled(0);
+  // What the map shows inside the hull cannot be there.
+  hull.SetPresence(at, map.grid().voxel_size_m(), CollisionChecker::Presence::kCoversOccupied);
+  const TreeContext context{map, hull, view_};
+  Random random = NextRandom();
+  NbvTree tree(options_, box_W_, at);
+  tree.Spread(context, options_.tree_nodes, random);
+  int best = 0;
+  double best_share = FreeShareAt(map, at);
+  for (int node = 1; node < static_cast<int>(tree.nodes().size()); ++node) {
+    const double share = FreeShareAt(map, tree.nodes()[node].at);
+    if (share <= best_share) continue;
+    best = node;
+    best_share = share;
+  }
+  if (best == 0) return false;
   remainder_.clear();
-  plan_ = std::move(plan);
+  SetPlan(tree.BranchTo(best), PlanKind::kWayBack, &tree, best);
   return true;
 }
 
-void Explorer::Use(const NbvTree& tree, int node, bool first_edge_only) {
-  std::vector<Waypoint> branch = tree.BranchTo(node);
-  remainder_.clear();
-  if (first_edge_only) {
-    remainder_.assign(branch.begin() + 2, branch.end());
-    branch.resize(2);
-  }
-  plan_ = Plan{++plans_, std::move(branch), tree.nodes(), node};
+void Explorer::UseFirstEdge(const NbvTree& tree) {
+  std::vector<Waypoint> branch = tree.BranchTo(tree.best());
+  remainder_.assign(branch.begin() + 2, branch.end());
+  branch.resize(2);
+  SetPlan(std::move(branch), PlanKind::kPath, &tree, tree.best());
+}
+
+void Explorer::SetPlan(std::vector<Waypoint> path, PlanKind kind, const NbvTree* tree, int best) {
+  plan_ = Plan{++plans_, std::move(path), {}, best};
+  if (tree != nullptr) plan_->tree = tree->nodes();
+  kind_ = kind;
 }
 
 void Explorer::Finish(const char* reason, const Waypoint& at) {
   state_ = ExplorerState::kFinished;
   end_reason_ = reason;
-  plan_ = Plan{++plans_, {at}, {}, -1};
+  SetPlan({at}, PlanKind::kHold);
 }
 
 void Explorer::Remember(const Waypoint& at) {

@@ -11,13 +11,6 @@
 
 namespace vog {
 
-/// A place whose surroundings some submap has seen, and how well the vehicle now knows where it is
-/// relative to that submap.
-struct PlaceUncertainty {
-  Vec3 position_W_m = Vec3::Zero();
-  double sigma_m = 0;
-};
-
 /// A path to fly, and the tree that it comes from.
 struct Plan {
   std::int64_t id = 0;
@@ -43,8 +36,6 @@ class Explorer {
   /// The place around which unknown space is taken for free: where the vehicle started.
   void SetStart(const Vec3& p_W);
 
-  void SetUncertainty(std::vector<PlaceUncertainty> places) { places_ = std::move(places); }
-
   /// To be called with every pose. Returns the new plan when there is one.
   const Plan* Update(const OccupancyMap& map, const Pose3& X_WB, Time now, int submaps);
 
@@ -58,17 +49,35 @@ class Explorer {
   const std::string& end_reason() const { return end_reason_; }
 
  private:
+  enum class PlanKind {
+    kPath,     ///< Tested while it is flown.
+    kWayBack,  ///< Out of a place that the map has closed; not tested.
+    kHold,     ///< Stay for a while.
+  };
+
   bool NeedsPlan(const OccupancyMap& map, const Waypoint& at, Time now);
   bool HasReached(const Waypoint& at) const;
   bool IsBlocked(const OccupancyMap& map, const Waypoint& at) const;
   void MakePlan(const OccupancyMap& map, const Waypoint& at);
   bool Explore(const OccupancyMap& map, const Waypoint& at);
   bool Revisit(const OccupancyMap& map, const Waypoint& at);
+  /// Back along the way the vehicle came, to where there is room.
   bool BackOut(const OccupancyMap& map, const Waypoint& at);
-  void Use(const NbvTree& tree, int node, bool first_edge_only);
+  /// With the bare hull to any place with more room than here.
+  bool Escape(const OccupancyMap& map, const Waypoint& at);
+
+  /// The rules with a share of the clearances, for a vehicle at `at`.
+  CollisionChecker CheckerAt(const OccupancyMap& map, const Waypoint& at, double share) const;
+  /// The largest share of the clearances that a place offers.
+  double FreeShareAt(const OccupancyMap& map, const Waypoint& at) const;
+  /// The rules to plan with from `at`; nothing where it offers too little.
+  std::optional<CollisionChecker> CheckerFor(const OccupancyMap& map, const Waypoint& at);
+
+  void UseFirstEdge(const NbvTree& tree);
+  void SetPlan(std::vector<Waypoint> path, PlanKind kind, const NbvTree* tree = nullptr,
+               int best = -1);
   void Finish(const char* reason, const Waypoint& at);
   void Remember(const Waypoint& at);
-  double UncertaintyNear(const Vec3& p_W) const;
   Random NextRandom();
 
   PlannerOptions options_;
@@ -79,10 +88,11 @@ class Explorer {
 
   ExplorerState state_ = ExplorerState::kExploring;
   std::string end_reason_;
-  std::vector<PlaceUncertainty> places_;
   std::optional<Plan> plan_;
+  PlanKind kind_ = PlanKind::kHold;
   std::vector<Waypoint> remainder_;  // Of the last best branch, behind its first edge.
   Time planned_at_, checked_at_;
+  double flight_share_ = 0;  // Of the clearances, that the plan in flight must keep.
   std::int64_t plans_ = 0, trees_ = 0;
   std::vector<Waypoint> history_;
   std::size_t next_revisit_ = 0;

@@ -20,9 +20,7 @@ NbvTree::NbvTree(const PlannerOptions& options, const Eigen::AlignedBox3d& box_W
 void NbvTree::AddBranch(const TreeContext& context, const std::vector<Waypoint>& waypoints) {
   for (const Waypoint& waypoint : waypoints) {
     const int parent = static_cast<int>(nodes_.size()) - 1;
-    if (!context.checker.IsEdgeFree(context.map, nodes_[parent].at, waypoint,
-                                    context.extra_m(waypoint.position_W_m)))
-      return;
+    if (!context.checker.IsEdgeFree(context.map, nodes_[parent].at, waypoint)) return;
     AddView(context, parent, waypoint);
   }
 }
@@ -35,24 +33,40 @@ Waypoint NbvTree::Sample(Random& random) const {
   return sample;
 }
 
-void NbvTree::GrowTo(const TreeContext& context, int nodes, Random& random) {
+template <class MakeSample, class Add>
+void NbvTree::Grow(const TreeContext& context, int nodes, MakeSample make_sample, Add add) {
   const int max_samples = std::min(options_.max_samples, samples_ + kSamplesPerNode * nodes);
   for (; static_cast<int>(nodes_.size()) <= nodes && samples_ < max_samples; ++samples_) {
-    const Waypoint sample = Sample(random);
+    const Waypoint sample = make_sample();
     const int parent = NearestTo(sample.position_W_m);
-    if (const auto at = Steer(context, parent, sample)) AddView(context, parent, *at);
+    const auto at = Steer(context, parent, sample);
+    if (at && !add(parent, *at)) return;
   }
+}
+
+void NbvTree::GrowTo(const TreeContext& context, int nodes, Random& random) {
+  Grow(
+      context, nodes, [&] { return Sample(random); },
+      [&](int parent, const Waypoint& at) {
+        AddView(context, parent, at);
+        return true;
+      });
+}
+
+void NbvTree::Spread(const TreeContext& context, int nodes, Random& random) {
+  Grow(
+      context, nodes, [&] { return Sample(random); },
+      [&](int parent, const Waypoint& at) { return AddNode(parent, at) > 0; });
 }
 
 int NbvTree::GrowToward(const TreeContext& context, const Waypoint& target, int nodes,
                         Random& random) {
-  const int max_samples = std::min(options_.max_samples, samples_ + kSamplesPerNode * nodes);
-  for (; static_cast<int>(nodes_.size()) <= nodes && samples_ < max_samples; ++samples_) {
-    const Waypoint sample = samples_ % 2 == 0 ? target : Sample(random);
-    const int parent = NearestTo(sample.position_W_m);
-    const auto at = Steer(context, parent, sample);
-    if (at && AddNode(parent, *at) > 0 && LengthOf(*at, target) < kMinEdge_m) break;
-  }
+  Grow(
+      context, nodes, [&] { return samples_ % 2 == 0 ? target : Sample(random); },
+      [&](int parent, const Waypoint& at) {
+        AddNode(parent, at);
+        return LengthOf(at, target) > kMinEdge_m;
+      });
   return NearestTo(target.position_W_m);
 }
 
@@ -61,8 +75,7 @@ void NbvTree::AddTurns(const TreeContext& context, int turns) {
   for (int i = 1; i < turns; ++i) {
     const Waypoint turned{root.position_W_m,
                           WrapAngle(root.yaw_rad + 2 * std::numbers::pi * i / turns)};
-    if (context.checker.IsEdgeFree(context.map, root, turned, context.extra_m(root.position_W_m)))
-      AddView(context, 0, turned);
+    if (context.checker.IsEdgeFree(context.map, root, turned)) AddView(context, 0, turned);
   }
 }
 
@@ -73,8 +86,7 @@ std::optional<Waypoint> NbvTree::Steer(const TreeContext& context, int parent,
   const Waypoint& from = nodes_[parent].at;
   const double share = std::min(1.0, options_.max_edge_m / std::max(LengthOf(from, at), 1e-9));
   const Waypoint to{from.position_W_m + share * (at.position_W_m - from.position_W_m), at.yaw_rad};
-  const double free =
-      context.checker.FreeFractionOf(context.map, from, to, context.extra_m(to.position_W_m));
+  const double free = context.checker.FreeFractionOf(context.map, from, to);
   if (free == 1) return to;
   if (free * LengthOf(from, to) < kMinEdge_m) return std::nullopt;
   return Interpolate(from, to, free);

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <vector>
 
@@ -20,15 +19,11 @@ struct TreeNode {
   double gain = 0;         ///< Of the branch up to here, eq. 7.
 };
 
-/// Clearance to add at a place, for the uncertainty of where the vehicle is.
-using ExtraClearance = std::function<double(const Vec3& p_W)>;
-
 /// What a tree sees of the world while it grows.
 struct TreeContext {
   const OccupancyMap& map;
   const CollisionChecker& checker;
   const ViewGain& view;
-  const ExtraClearance& extra_m;
 };
 
 /// The rapidly exploring random tree of section IV-B: views that the vehicle can fly to, each with
@@ -46,6 +41,9 @@ class NbvTree {
   /// Grows to `nodes` nodes, or until `max_samples` samples have been tried in all.
   void GrowTo(const TreeContext& context, int nodes, Random& random);
 
+  /// Grows to `nodes` nodes without looking at gains.
+  void Spread(const TreeContext& context, int nodes, Random& random);
+
   /// Grows towards `target`, every other sample being the target itself, without looking at gains.
   /// Returns the node nearest to it.
   int GrowToward(const TreeContext& context, const Waypoint& target, int nodes, Random& random);
@@ -60,6 +58,8 @@ class NbvTree {
   std::vector<Waypoint> BranchTo(int index) const;
 
  private:
+  template <class MakeSample, class Add>
+  void Grow(const TreeContext& context, int nodes, MakeSample make_sample, Add add);
   std::optional<Waypoint> Steer(const TreeContext& context, int parent, const Waypoint& at) const;
   Waypoint Sample(Random& random) const;
   int NearestTo(const Vec3& p_W) const;

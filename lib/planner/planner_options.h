@@ -46,7 +46,8 @@ struct PlannerOptions {
   Vec3 hull_size_m = {1.0, 1.0, 0.5};
   double clearance_m = 0.15;
   double unknown_clearance_m = 0.05;
-  double uncertainty_sigmas = 1;
+  double uncertainty_sigmas = 2;
+  double max_uncertainty_m = 0.6;
   double bubble_radius_m = 1.2;
   double goal_tolerance_m = 0.15;
   double goal_tolerance_rad = 0.1;
@@ -72,7 +73,8 @@ struct PlannerOptions {
     v("unknown_clearance_m", unknown_clearance_m, Between(0, 10), "and unknown ones");
     v("uncertainty_sigmas", uncertainty_sigmas, Between(0, 10),
       "the first clearance grows by this many standard deviations of the vehicle's place relative "
-      "to the submaps nearby");
+      "to the submaps that saw the voxel");
+    v("max_uncertainty_m", max_uncertainty_m, Between(0, 10), "but not by more than this");
     v("bubble_radius_m", bubble_radius_m, Between(0, 100),
       "unknown space taken for free at the start");
     v("goal_tolerance_m", goal_tolerance_m, Between(0.01, 5), "an edge is done this near its end");
@@ -80,7 +82,9 @@ struct PlannerOptions {
   }
 
   CollisionRules collision_rules() const {
-    return {hull_size_m, clearance_m, unknown_clearance_m, unknown == UnknownSpace::kBlocks};
+    return {hull_size_m,         clearance_m,
+            unknown_clearance_m, unknown == UnknownSpace::kBlocks,
+            uncertainty_sigmas,  max_uncertainty_m};
   }
 };
 

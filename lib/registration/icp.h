@@ -23,7 +23,7 @@ struct IcpOptions {
   double min_normal_cosine = 0.5;
   double degenerate_share = 0.02;
   double point_sigma_m = 0.04;
-  double effective_points = 50;
+  double effective_points = 20;
 
   void Visit(OptionsVisitor& v) {
     v("freedom", freedom,

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <bitset>
+#include <cmath>
 #include <limits>
 #include <numbers>
 
@@ -57,7 +58,8 @@ void VogMap::ForgetSums() {
 void VogMap::Place(SubmapPtr submap, const Pose3& X_WM) {
   const Eigen::AlignedBox3d bounds_M = submap->grid.BrickBounds();
   const SubmapId id = submap->id();
-  placed_[id] = Placed{std::move(submap), X_WM, X_WM.inverse(), bounds_M};
+  const double sigma_m = Has(id) ? placed_.at(id).sigma_m : 0;
+  placed_[id] = Placed{std::move(submap), X_WM, X_WM.inverse(), bounds_M, sigma_m};
   ForgetSums();
 }
 
@@ -80,6 +82,39 @@ void VogMap::SetOpen(const BrickGrid* open, const Pose3& X_WM) {
   open_ = open;
   X_open_W_ = X_WM.inverse();
   ++revision_;
+}
+
+void VogMap::SetSigmas(const std::vector<std::pair<SubmapId, double>>& sigmas_m) {
+  for (const auto& [id, sigma_m] : sigmas_m) {
+    const auto found = placed_.find(id);
+    if (found != placed_.end()) found->second.sigma_m = sigma_m;
+  }
+}
+
+double VogMap::max_sigma_m() const {
+  double max_m = 0;
+  for (const auto& [id, placed] : placed_) max_m = std::max(max_m, placed.sigma_m);
+  return std::hypot(max_m, sigma_since_m_);
+}
+
+double VogMap::SigmaAt(std::span<const Placed* const> candidates, const Vec3& p_W) const {
+  const auto is_occupied = [&](const BrickGrid& grid, const Pose3& X_MW) {
+    const LogOddsUnits units = grid.Get(grid.grid().KeyOf(X_MW * p_W));
+    return units != kUnknownUnits && units >= model_.occupied_from;
+  };
+  if (open_ != nullptr && is_occupied(*open_, X_open_W_)) return sigma_since_m_;
+  double least_m = std::numeric_limits<double>::infinity();
+  for (const Placed* placed : candidates) {
+    if (placed->sigma_m < least_m && is_occupied(placed->submap->grid, placed->X_MW))
+      least_m = placed->sigma_m;
+  }
+  return std::isinf(least_m) ? 0 : std::hypot(least_m, sigma_since_m_);
+}
+
+void VogMap::SigmaOf(std::span<const VoxelKey> voxels, std::span<float> sigma_m) const {
+  for (std::size_t i = 0; i < voxels.size(); ++i)
+    sigma_m[i] =
+        static_cast<float>(SigmaAt(BlockOf(voxels[i]).candidates, grid().CenterOf(voxels[i])));
 }
 
 std::vector<SubmapId> VogMap::ids() const {

@@ -54,6 +54,14 @@ class VogMap final : public OccupancyMap {
                std::vector<RayVoxel>& ray) const override;
   std::int64_t revision() const override { return revision_; }
 
+  /// Tells how uncertain the vehicle is sideways relative to the submaps (standard deviations [m]),
+  /// for SigmaOf(). Submaps that are not named keep what they had; 0 at first.
+  void SetSigmas(const std::vector<std::pair<SubmapId, double>>& sigmas_m);
+  /// The same for the motion since the newest closed submap, which comes on top of all of them.
+  void SetSigmaSince(double sigma_m) { sigma_since_m_ = sigma_m; }
+  void SigmaOf(std::span<const VoxelKey> voxels, std::span<float> sigma_m) const override;
+  double max_sigma_m() const override;
+
   int size() const { return static_cast<int>(placed_.size()); }
   bool Has(SubmapId id) const { return placed_.count(id) > 0; }
   /// @throws std::out_of_range for a number that the map does not hold.
@@ -69,6 +77,7 @@ class VogMap final : public OccupancyMap {
     SubmapPtr submap;
     Pose3 X_WM, X_MW;
     Eigen::AlignedBox3d bounds_M;
+    double sigma_m = 0;
   };
   struct Block;
 
@@ -76,6 +85,7 @@ class VogMap final : public OccupancyMap {
   std::int32_t SumAt(std::span<const Placed* const> candidates, const Vec3& p_W) const;
   float WithOpen(std::int32_t closed_sum, const Vec3& p_W) const;
   Block& BlockOf(const VoxelKey& voxel) const;
+  double SigmaAt(std::span<const Placed* const> candidates, const Vec3& p_W) const;
   std::vector<const Placed*> CandidatesFor(const VoxelKey& block) const;
   float Evaluate(Block& block, int index, const VoxelKey& voxel) const;
   float LogOddsOfVoxel(const VoxelKey& voxel) const;
@@ -84,6 +94,7 @@ class VogMap final : public OccupancyMap {
   std::map<SubmapId, Placed> placed_;
   const BrickGrid* open_ = nullptr;
   Pose3 X_open_W_ = Pose3::Identity();
+  double sigma_since_m_ = 0;
   std::int64_t revision_ = 0;
 
   mutable std::unordered_map<VoxelKey, std::unique_ptr<Block>> blocks_;

@@ -240,9 +240,10 @@ G2oGraph MapServiceNode::Graph() const {
   int newest_in_graph = -1;
   for (const graph_edge_t& edge : graph_.edge) {
     const auto X_ik = FromMessage(edge.X_ik);
-    if (edge.kind == kRejected || !X_ik || !map_.Has(edge.from) || !map_.Has(edge.to)) continue;
-    graph.edges.push_back({edge.from, edge.to, *X_ik, MatrixFrom<6>(edge.information)});
-    newest_in_graph = std::max(newest_in_graph, edge.to);
+    if (edge.kind == kRejected || !X_ik || !map_.Has(edge.from_id) || !map_.Has(edge.to_id))
+      continue;
+    graph.edges.push_back({edge.from_id, edge.to_id, *X_ik, MatrixFrom<6>(edge.information)});
+    newest_in_graph = std::max(newest_in_graph, edge.to_id);
   }
   // Submaps that SLAM has not answered for yet hang on their odometry.
   for (SubmapId id = std::max(1, newest_in_graph + 1); id < map_.size(); ++id) {

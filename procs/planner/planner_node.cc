@@ -106,7 +106,7 @@ void PlannerNode::OnSubmapPoses(const submap_poses_t& message) {
   poses_epoch_ = message.header.epoch;
   poses_version_ = message.version;
   X_WM_.clear();
-  std::vector<PlaceUncertainty> places;
+  std::vector<std::pair<SubmapId, double>> sigmas_m;
   for (int i = 0; i < message.count; ++i) {
     const auto X_WM = FromMessage(message.X_WM[i]);
     if (!X_WM) {
@@ -114,10 +114,10 @@ void PlannerNode::OnSubmapPoses(const submap_poses_t& message) {
       continue;
     }
     X_WM_[message.submap_id[i]] = *X_WM;
-    places.push_back({X_WM->translation(), message.sigma_xy_m[i]});
+    sigmas_m.emplace_back(message.submap_id[i], message.sigma_xy_m[i]);
   }
   map_.Move({X_WM_.begin(), X_WM_.end()});
-  explorer_.SetUncertainty(std::move(places));
+  map_.SetSigmas(sigmas_m);
 }
 
 void PlannerNode::OnScan(const scan_t& message) {
@@ -171,6 +171,8 @@ void PlannerNode::OnPose(const pose_estimate_t& message) {
     has_start_ = true;
   }
   ShowOpen(*X_WO, message.segment);
+  const Mat3 since = MatrixFrom<3>(message.covariance_xyyaw);
+  map_.SetSigmaSince(std::sqrt(std::max({0.0, since(0, 0), since(1, 1)})));
   const ExplorerState before = explorer_.state();
   const Plan* plan =
       explorer_.Update(planning_map(), UsesStandardMap() ? X_WO->inverse() * *X_WB : *X_WB,

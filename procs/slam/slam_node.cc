@@ -12,8 +12,8 @@ constexpr std::int8_t kOdometry = 0, kFull = 1, kPartial = 2, kRejected = 3;
 
 graph_edge_t ToMessage(const Constraint& constraint) {
   graph_edge_t edge{};
-  edge.from = constraint.from;
-  edge.to = constraint.to;
+  edge.from_id = constraint.from;
+  edge.to_id = constraint.to;
   edge.kind = constraint.kind == ConstraintKind::kOdometry      ? kOdometry
               : constraint.kind == ConstraintKind::kFullClosure ? kFull
                                                                 : kPartial;

@@ -96,6 +96,7 @@ LoopClosure CloseLoop(const LoopClosureOptions& options, const IcpOptions& icp,
                                                              : ConstraintKind::kFullClosure;
   if (!result.usable) return Reject(closure, "no registration");
   closure.directions = static_cast<int>(result.basis.cols());
+  if (closure.directions < options.min_directions) return Reject(closure, "too few directions");
   if (result.overlap < options.min_overlap) return Reject(closure, "small overlap");
   if (result.rmse_m > options.max_rmse_m) return Reject(closure, "large residual");
 

@@ -20,6 +20,7 @@ struct LoopClosureOptions {
   double min_predicted_overlap = 0.3;
   double min_overlap = 0.4;
   double max_rmse_m = 0.12;
+  int min_directions = 2;
   int min_neighbours = 3;
 
   void Visit(OptionsVisitor& v) {
@@ -32,6 +33,8 @@ struct LoopClosureOptions {
     v("min_overlap", min_overlap, Between(0, 1),
       "share of its points that must find a partner in the registration");
     v("max_rmse_m", max_rmse_m, Between(0.001, 5), "largest residual of a registration");
+    v("min_directions", min_directions, Between(1, 6),
+      "well-conditioned directions that a closure needs: a single one can be checked by nothing");
     v("min_neighbours", min_neighbours, Between(0, 26),
       "occupied voxels with fewer occupied neighbours are taken for noise");
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <thread>
 
 namespace vog {
 
@@ -14,5 +15,8 @@ class Stopwatch {
  private:
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
+
+/// Gives the processor away for some milliseconds of real time, while waiting for another process.
+inline void WaitBriefly() { std::this_thread::sleep_for(std::chrono::milliseconds(5)); }
 
 }  // namespace vog

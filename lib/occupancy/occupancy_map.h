@@ -93,6 +93,7 @@ class OccupancyMap {
 
   const VoxelGrid& grid() const { return grid_; }
 
+  float occupied_from() const { return occupied_from_; }
   bool IsOccupied(float log_odds) const { return log_odds >= occupied_from_; }
   bool IsFree(float log_odds) const { return log_odds < occupied_from_; }
   VoxelState StateOf(float log_odds) const {

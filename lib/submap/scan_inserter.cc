@@ -44,6 +44,12 @@ void ScanInserter::Insert(const std::vector<Vec3>& points_M, const Vec3& origin_
   Insert(segments, grid);
 }
 
+void ScanInserter::InsertHits(const std::vector<Vec3>& points_M, BrickGrid& grid) {
+  std::vector<Segment> segments;
+  for (const Vec3& point : points_M) segments.push_back({ToOctomap(point), ToOctomap(point), true});
+  Insert(segments, grid);
+}
+
 void ScanInserter::Insert(const std::vector<Segment>& segments, BrickGrid& grid) {
   ++scan_;
   octomap::OcTreeKey key;

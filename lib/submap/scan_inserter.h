@@ -26,6 +26,9 @@ class ScanInserter {
   /// The same for a cloud of end points seen from `origin_M`, in M.
   void Insert(const std::vector<Vec3>& points_M, const Vec3& origin_M, BrickGrid& grid);
 
+  /// Adds the end points alone.
+  void InsertHits(const std::vector<Vec3>& points_M, BrickGrid& grid);
+
  private:
   struct Segment {
     octomap::point3d from, to;

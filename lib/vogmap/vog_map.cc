@@ -48,6 +48,7 @@ VogMap::VogMap(double voxel_size_m, const SensorModel& model)
     : OccupancyMap(voxel_size_m, ToLogOdds(model.occupied_from)), model_(model) {}
 
 VogMap::~VogMap() = default;
+VogMap::VogMap(VogMap&&) noexcept = default;
 
 void VogMap::ForgetSums() {
   blocks_.clear();

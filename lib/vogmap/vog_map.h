@@ -31,6 +31,7 @@ class VogMap final : public OccupancyMap {
  public:
   VogMap(double voxel_size_m, const SensorModel& model);
   ~VogMap() override;
+  VogMap(VogMap&&) noexcept;
 
   /// Adds `submap` at `X_WM`, or moves and replaces it if its number is already in the map.
   /// @pre submap != nullptr.

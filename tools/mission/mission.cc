@@ -16,6 +16,7 @@
 #include "procs/sonar_reader/sonar_reader_node.h"
 #include "sim/scene/mesh_file.h"
 #include "tools/mission/evaluate.h"
+#include "tools/mission/mesh_mission.h"
 #include "tools/mission/progress_bar.h"
 
 namespace vog {
@@ -52,6 +53,7 @@ Config LoadMission(const std::string& file, const MissionOverrides& overrides) {
   if (overrides.seed) config.Set("mission.seed=" + std::to_string(*overrides.seed));
   if (overrides.max_submaps)
     config.Set("mission.max_submaps=" + std::to_string(*overrides.max_submaps));
+  if (overrides.scene) UseMesh(*overrides.scene, config);
   for (const std::string& setting : overrides.settings) config.Set(setting);
   CheckConfig(config);
   if (config.Read<BusOptions>("bus").run_id == 0)
@@ -65,8 +67,9 @@ void PrepareFolder(const std::filesystem::path& folder) {
   if (error) throw SystemError(folder.string() + ": cannot create: " + error.message());
   for (const char* name :
        {"map", "lcm.log", "scene.ply", "metrics.json", "timing.json", "timeseries.json",
-        "report.html", "truth.tum", "odometry.tum", "estimate.tum", "reconstruction_truth.ply",
-        "reconstruction_vog.ply", "reconstruction_vog_no_lc.ply", "reconstruction_standard.ply"})
+        "report.html", "mission.toml", "output", "truth.tum", "odometry.tum", "estimate.tum",
+        "reconstruction_truth.ply", "reconstruction_vog.ply", "reconstruction_vog_no_lc.ply",
+        "reconstruction_standard.ply"})
     std::filesystem::remove_all(folder / name, error);
 }
 

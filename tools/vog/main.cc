@@ -11,6 +11,9 @@ int Run(int argc, char** argv) {
   app.set_version_flag("--version", VOG_VERSION);
   app.require_subcommand(1);
   vog::AddMissionCommand(app);
+  vog::AddReplayCommand(app);
+  vog::AddMapCommand(app);
+  vog::AddLogCommand(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {  // --help and --version.

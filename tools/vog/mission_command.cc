@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "tools/mission/live.h"
 #include "tools/mission/mission.h"
 #include "tools/vog/commands.h"
 
@@ -11,12 +12,14 @@ namespace {
 struct Arguments {
   std::string config, out;
   MissionOverrides overrides;
-  bool json = false;
+  bool is_live = false;
+  double speed = 10;
 };
 
 void Run(const Arguments& arguments) {
   const Config config = LoadMission(arguments.config, arguments.overrides);
-  const auto metrics = RunMission(config, arguments.out);
+  const auto metrics = arguments.is_live ? RunLiveMission(config, arguments.out, arguments.speed)
+                                         : RunMission(config, arguments.out);
   std::printf("%s\n", metrics.dump(2).c_str());
 }
 
@@ -32,6 +35,16 @@ void AddMissionCommand(CLI::App& app) {
   command->add_option("--mode", overrides.mode, "vog, vog-no-lc or standard");
   command->add_option("--seed", overrides.seed, "seed of all that is random");
   command->add_option("--max-submaps", overrides.max_submaps, "budget");
+  command->add_option(
+      "--scene", overrides.scene,
+      "a mesh (STL, OBJ, PLY, DAE; z up, metres) to explore instead; the exploration "
+      "box is its bounds plus 3 m and the start the first free corner of it, unless "
+      "--set says otherwise");
+  command->add_flag("--live", arguments->is_live,
+                    "real processes over LCM instead of lock step in one process");
+  command->add_option("--speed", arguments->speed, "with --live: vehicle time over real time")
+      ->check(CLI::Range(0.01, 1000.0))
+      ->capture_default_str();
   command->add_option("--set", overrides.settings, "table.key=value, on top of the file");
   command->callback([arguments] { Run(*arguments); });
 }

@@ -1,0 +1,154 @@
+#include "tools/map/map_import.h"
+
+#include <octomap/ScanGraph.h>
+
+#include <algorithm>
+#include <cctype>
+
+#include "lib/geometry/cloud_file.h"
+#include "lib/posegraph/g2o.h"
+
+namespace vog {
+namespace {
+
+/// Turns a vector between NED and ENU-like axes, or between FRD and FLU: x stays, y and z change
+/// sign.
+Pose3 FlipZ() {
+  Pose3 X = Pose3::Identity();
+  X.linear() = Vec3(1, -1, -1).asDiagonal();
+  return X;
+}
+
+CloudFile ReadTurned(const std::filesystem::path& file, bool z_down) {
+  CloudFile cloud = ReadCloud(file);
+  if (!z_down) return cloud;
+  cloud.X_WV = FlipZ() * cloud.X_WV * FlipZ();
+  for (Vec3& point : cloud.points_V) point = FlipZ() * point;
+  return cloud;
+}
+
+/// The number in a name such as "12.pcd" or "cloud_0012.pcd"; names without one come last.
+long NumberIn(const std::filesystem::path& file) {
+  const std::string stem = file.stem().string();
+  const auto is_digit = [](unsigned char c) { return std::isdigit(c) != 0; };
+  const auto last = std::find_if(stem.rbegin(), stem.rend(), is_digit);
+  const auto first = std::find_if_not(last, stem.rend(), is_digit);
+  const std::string digits(first.base(), last.base());
+  return digits.empty() || digits.size() > 9 ? std::numeric_limits<long>::max() : std::stol(digits);
+}
+
+std::vector<std::filesystem::path> CloudsIn(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.path().extension() == ".pcd") files.push_back(entry.path());
+  }
+  if (files.empty()) throw UsageError(folder.string() + ": no .pcd files here");
+  std::sort(files.begin(), files.end(), [](const auto& a, const auto& b) {
+    return std::pair(NumberIn(a), a.string()) < std::pair(NumberIn(b), b.string());
+  });
+  return files;
+}
+
+Mat6 AssumedCovariance(const ImportOptions& options) {
+  constexpr double kSigmaZ_m = 0.05, kSigmaAngle_rad = 0.01;
+  Vec6 sigma;
+  sigma << options.sigma_xy_m, options.sigma_xy_m, kSigmaZ_m, kSigmaAngle_rad, kSigmaAngle_rad,
+      options.sigma_yaw_rad;
+  return sigma.cwiseAbs2().asDiagonal();
+}
+
+/// Gathers submaps whose bases are given in W.
+class MapMaker {
+ public:
+  explicit MapMaker(const ImportOptions& options) : options_(options) {
+    map_.voxel_size_m = options.submap.voxel_size_m;
+    map_.sensor_model = options.sensor_model;
+    map_.complete = true;
+  }
+
+  void Add(BrickGrid grid, const Pose3& X_WM, int scans) {
+    const int id = static_cast<int>(map_.submaps.size());
+    auto submap = std::make_shared<Submap>(Submap{.base = {},
+                                                  .first_scan = Time(std::chrono::seconds(id)),
+                                                  .last_scan = Time(std::chrono::seconds(id)),
+                                                  .scans = scans,
+                                                  .grid = std::move(grid)});
+    submap->base.id = id;
+    submap->base.odometry.time = submap->first_scan;
+    submap->base.odometry.X_OB = X_WM;
+    if (id > 0) {
+      submap->base.edge = {Ominus(map_.X_WM.at(id - 1), X_WM), AssumedCovariance(options_)};
+      graph_.edges.push_back(
+          {id - 1, id, submap->base.edge.X_PM, submap->base.edge.covariance.inverse()});
+    }
+    graph_.vertices[id] = map_.X_WM[id] = X_WM;
+    map_.submaps.push_back(std::move(submap));
+  }
+
+  StoredMap Finish() {
+    map_.graph_g2o = ToG2oText(graph_);
+    return std::move(map_);
+  }
+
+ private:
+  const ImportOptions& options_;
+  StoredMap map_;
+  G2oGraph graph_;
+};
+
+Pose3 FromOctomap(const octomap::pose6d& pose) {
+  return MakePose(
+      {pose.x(), pose.y(), pose.z()},
+      Eigen::Quaterniond(pose.rot().u(), pose.rot().x(), pose.rot().y(), pose.rot().z()));
+}
+
+}  // namespace
+
+StoredMap ImportClouds(const std::filesystem::path& folder, const ImportOptions& options) {
+  MapMaker maker(options);
+  for (const auto& file : CloudsIn(folder)) {
+    const CloudFile cloud = ReadTurned(file, options.z_down);
+    BrickGrid grid(options.submap.voxel_size_m);
+    ScanInserter inserter(SensorModel(options.sensor_model), options.submap.voxel_size_m);
+    if (options.free_space == FreeSpace::kRays) {
+      inserter.Insert(cloud.points_V, Vec3::Zero(), grid);
+    } else {
+      inserter.InsertHits(cloud.points_V, grid);
+    }
+    maker.Add(std::move(grid), cloud.X_WV, 1);
+  }
+  return maker.Finish();
+}
+
+StoredMap ImportScanGraph(const std::filesystem::path& file, const ImportOptions& options) {
+  octomap::ScanGraph graph;
+  if (!std::filesystem::is_regular_file(file) || !graph.readBinary(file.string()) || graph.size() == 0)
+    throw UsageError(file.string() + ": not an OctoMap scan log (.graph) with scans");
+  MapMaker maker(options);
+  std::optional<ScanInserter> inserter;
+  std::optional<BrickGrid> grid;
+  Pose3 X_WM = Pose3::Identity();
+  int scans = 0;
+  const auto close = [&] {
+    if (scans > 0) maker.Add(std::move(*grid), X_WM, scans);
+    scans = 0;
+  };
+  for (octomap::ScanNode* node : graph) {
+    const Pose3 X_WS = FromOctomap(node->pose);
+    if (scans == 0) {
+      X_WM = X_WS;
+      grid.emplace(options.submap.voxel_size_m);
+      inserter.emplace(SensorModel(options.sensor_model), options.submap.voxel_size_m);
+    }
+    const Pose3 X_MS = Ominus(X_WM, X_WS);
+    std::vector<Vec3> points_M;
+    for (const octomap::point3d& p : *node->scan)
+      points_M.push_back(X_MS * Vec3(p.x(), p.y(), p.z()));
+    inserter->Insert(points_M, X_MS.translation(), *grid);
+    if (++scans == options.submap.scans_per_submap) close();
+  }
+  close();
+  return maker.Finish();
+}
+
+}  // namespace vog

@@ -1,0 +1,123 @@
+#include "tools/mission/live.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <set>
+
+#include "lib/base/files.h"
+#include "lib/bus/lcm_bus.h"
+#include "lib/bus/lcm_log.h"
+#include "lib/bus/process.h"
+#include "lib/bus/stopwatch.h"
+#include "lib/messages/endpoint.h"
+#include "procs/sim/sim_node.h"
+#include "sim/scene/mesh_file.h"
+#include "tools/mission/evaluate.h"
+#include "tools/mission/mission.h"
+#include "tools/mission/process_group.h"
+#include "tools/mission/progress_bar.h"
+
+namespace vog {
+namespace {
+
+constexpr Duration kTendPeriod = std::chrono::milliseconds(100);
+constexpr double kMaxStart_s = 30;
+// Real time that the last submap may take to be registered and saved.
+constexpr double kMaxFinish_s = 60;
+
+const std::vector<std::string> kPrograms = {"vog-nav-bridge", "vog-sonar-reader", "vog-map-service",
+                                            "vog-slam",       "vog-planner",      "vog-controller"};
+
+/// Writes all messages to a log and remembers what they say of the run.
+class Recorder {
+ public:
+  Recorder(LcmBus& bus, const std::filesystem::path& log) : log_(log.string()) {
+    bus.SubscribeAll([this](Time time, const std::string& channel, Bytes bytes) {
+      log_.Write(time, channel, bytes);
+      watcher_.OnMessage(time, channel, bytes);
+      status_t status{};
+      if (channel == outputs::kStatus.name && Decode(bytes, status)) heard_.insert(status.process);
+    });
+  }
+
+  const RunProgress& progress() const { return watcher_.progress(); }
+  bool HasHeardAll() const {
+    return std::all_of(kPrograms.begin(), kPrograms.end(),
+                       [this](const std::string& name) { return heard_.count(name) > 0; });
+  }
+
+ private:
+  LcmLogWriter log_;
+  ProgressWatcher watcher_;
+  std::set<std::string> heard_;
+};
+
+void WaitUntilReady(LcmBus& bus, ProcessGroup& processes, const Recorder& recorder,
+                    const std::atomic<bool>& stop) {
+  const Stopwatch waited;
+  while (!recorder.HasHeardAll()) {
+    if (stop) throw SystemError("stopped");
+    if (waited.seconds() > kMaxStart_s) throw SystemError("the processes do not get ready");
+    bus.RunFor(kTendPeriod);
+    processes.Tend();
+  }
+}
+
+void WaitUntilComplete(LcmBus& bus, ProcessGroup& processes, const Recorder& recorder,
+                       int max_submaps, const std::atomic<bool>& stop) {
+  const Stopwatch stopwatch;
+  ProgressBar bar;
+  std::optional<Stopwatch> finished;
+  while (!recorder.progress().is_complete) {
+    if (stop) throw SystemError("stopped");
+    bus.RunFor(kTendPeriod);
+    processes.Tend();
+    const RunProgress& progress = recorder.progress();
+    bar.Show(static_cast<double>(progress.submaps) / max_submaps,
+             ProgressText(progress, max_submaps, stopwatch.seconds()));
+    if (progress.state == "finished" && !finished) finished.emplace();
+    if (finished && finished->seconds() > kMaxFinish_s)
+      throw SystemError(progress.map_fault.empty() ? "the map was not completed"
+                                                   : progress.map_fault);
+  }
+}
+
+}  // namespace
+
+std::filesystem::path ProgramFolder() {
+  return std::filesystem::read_symlink("/proc/self/exe").parent_path();
+}
+
+nlohmann::ordered_json RunLiveMission(const Config& config, const std::filesystem::path& folder,
+                                      double speed) {
+  const Stopwatch stopwatch;
+  const std::atomic<bool>& stop = StopSignal();
+  const SimSettings sim = SimSettings::From(config);  // Tells what is wrong before anything starts.
+  PrepareFolder(folder);
+  SaveMesh(sim.scene_W, folder / "scene.ply");
+  const std::string config_file = (folder / "mission.toml").string();
+  WriteFileAtomically(config_file, config.ToToml());
+  const std::vector<std::string> arguments = {
+      "--config", config_file,
+      "--set",    "bus.clock=message",
+      "--set",    "map.directory='" + (folder / "map").string() + "'",
+      "--set",    "live.speed=" + ToText(speed)};
+  {
+    BusOptions bus_options = config.Read<BusOptions>("bus");
+    bus_options.clock = ClockSource::kMessage;
+    LcmBus bus(bus_options);
+    Recorder recorder(bus, folder / "lcm.log");
+    ProcessGroup processes(ProgramFolder(), folder / "output");
+    for (const std::string& name : kPrograms) processes.Start({name, arguments, true});
+    WaitUntilReady(bus, processes, recorder, stop);
+    processes.Start({"vog-sim", arguments, false});
+    WaitUntilComplete(bus, processes, recorder, sim.mission.max_submaps, stop);
+  }
+  RunTiming timing;
+  timing.wall_s = stopwatch.seconds();
+  WriteTiming(timing, folder / "timing.json");
+  return EvaluateRun(folder);
+}
+
+}  // namespace vog

@@ -1,0 +1,122 @@
+#include "tools/mission/replay.h"
+
+#include <regex>
+
+#include "lib/bus/lcm_bus.h"
+#include "lib/bus/lcm_log.h"
+#include "lib/bus/stopwatch.h"
+#include "lib/messages/endpoint.h"
+#include "lib/planner/mission_options.h"
+#include "sim/scene/mesh_file.h"
+#include "sim/scene/scene.h"
+#include "tools/mission/evaluate.h"
+#include "tools/mission/mission.h"
+#include "tools/mission/progress_bar.h"
+
+namespace vog {
+namespace {
+
+constexpr Duration kMaxFinish = std::chrono::seconds(30);
+
+std::optional<run_t> FirstRun(const std::filesystem::path& log) {
+  LcmLogReader reader(log.string());
+  while (const auto event = reader.Next()) {
+    run_t run{};
+    if (event->channel == inputs::kRun.name && Decode(event->bytes, run)) return run;
+  }
+  return std::nullopt;
+}
+
+/// Says that the mission is over, for a log that breaks off before.
+void SayFinished(QueueBus& bus, std::int64_t run_id) {
+  Endpoint endpoint(bus.AddNode("vog-replay"), "vog-replay", run_id);
+  mission_status_t status{};
+  status.state = "finished";
+  status.end_reason = "end_of_log";
+  endpoint.Publish(outputs::kMissionStatus, status, bus.now());
+}
+
+/// The channels to feed: what the vehicle said or, in a log without that, what was made of it.
+std::regex ChannelsToFeed(const std::filesystem::path& log) {
+  const std::regex navigation("VEHICLE_NAV|IMU");
+  LcmLogReader reader(log.string());
+  while (const auto event = reader.Next()) {
+    if (std::regex_match(event->channel, navigation)) return std::regex(kInputsRegex);
+  }
+  return std::regex("RUN|NAV|SCAN|TRUTH");
+}
+
+/// Feeds a log and brings the map to its end.
+void Feed(const std::filesystem::path& log, const Config& config, LockStepSystem& system) {
+  const Stopwatch stopwatch;
+  ProgressBar bar;
+  QueueBus& bus = system.bus();
+  const int max_submaps = config.Read<MissionOptions>("mission").max_submaps;
+  const std::regex channels = ChannelsToFeed(log);
+  LcmLogReader reader(log.string());
+  std::optional<Time> batch;
+  while (const auto event = reader.Next()) {
+    if (!std::regex_match(event->channel, channels)) continue;
+    // What the vehicle said at one moment is there before anybody answers.
+    if (batch && event->time > *batch) {
+      bus.RunUntil(*batch);
+      bar.Show(static_cast<double>(system.progress().submaps) / max_submaps,
+               ProgressText(system.progress(), max_submaps, stopwatch.seconds()));
+    }
+    batch = std::max(event->time, bus.now());
+    bus.PublishAt(*batch, event->channel, event->bytes);
+  }
+  if (!batch) throw UsageError(log.string() + ": holds nothing to build a map from");
+  bus.RunUntil(*batch);
+  if (system.progress().is_complete) return;
+  if (system.progress().state != "finished")
+    SayFinished(bus, config.Read<BusOptions>("bus").run_id);
+  bus.RunUntil(bus.now() + kMaxFinish);
+  if (system.progress().is_complete) return;
+  throw SystemError(system.progress().map_fault.empty() ? log.string() + ": gives no map"
+                                                        : system.progress().map_fault);
+}
+
+}  // namespace
+
+Config ConfigOfLog(const std::filesystem::path& log) {
+  const auto run = FirstRun(log);
+  if (!run) throw UsageError(log.string() + ": no RUN message; not the log of a run");
+  return Config::Parse(run->config_toml, log.string() + " (RUN)");
+}
+
+void ReplayLog(const std::filesystem::path& log, const std::filesystem::path& folder) {
+  const Config config = ConfigOfLog(log);
+  CheckConfig(config);
+  PrepareFolder(folder);
+  const Stopwatch stopwatch;
+  RunTiming timing;
+  bool has_truth = false;
+  {
+    LcmLogWriter out((folder / "lcm.log").string());
+    LockStepSystem system(config, (folder / "map").string(),
+                          [&](Time time, const std::string& channel, Bytes bytes) {
+                            has_truth |= channel == inputs::kTruth.name;
+                            out.Write(time, channel, bytes);
+                          });
+    Feed(log, config, system);
+    timing = system.timing();
+  }
+  timing.wall_s = stopwatch.seconds();
+  WriteTiming(timing, folder / "timing.json");
+  if (!has_truth) return;  // A vehicle's log: nothing to judge by.
+  SaveMesh(MakeScene(config.Read<SceneOptions>("scene"),
+                     config.Read<PropellerOptions>("scene.propeller"),
+                     config.Read<TankOptions>("scene.tank"), config.directory()),
+           folder / "scene.ply");
+  EvaluateRun(folder);
+}
+
+void BuildMapFromLog(const std::filesystem::path& log, const Config& config,
+                     const std::filesystem::path& map_folder) {
+  CheckConfig(config);
+  LockStepSystem system(config, map_folder.string(), [](Time, const std::string&, Bytes) {});
+  Feed(log, config, system);
+}
+
+}  // namespace vog

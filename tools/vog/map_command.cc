@@ -1,0 +1,384 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "lib/base/log.h"
+#include "lib/baselines/algorithm1.h"
+#include "tools/map/map_export.h"
+#include "tools/map/map_import.h"
+#include "tools/mission/replay.h"
+#include "tools/vog/commands.h"
+
+namespace vog {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Loads a map folder; what is damaged in it is told on standard error.
+StoredMap Load(const std::string& folder) {
+  LoadedMap loaded = LoadMapFolder(folder);
+  for (const std::string& fault : loaded.faults) LogLine(fault);
+  return std::move(loaded.map);
+}
+
+VogMap ToVogMap(const StoredMap& stored) {
+  VogMap map(stored.voxel_size_m, SensorModel(stored.sensor_model));
+  for (const SubmapPtr& submap : stored.submaps) map.Place(submap, stored.X_WM.at(submap->id()));
+  return map;
+}
+
+const char* NameOf(VoxelState state) {
+  switch (state) {
+    case VoxelState::kFree:
+      return "free";
+    case VoxelState::kOccupied:
+      return "occupied";
+    case VoxelState::kUnknown:
+      break;
+  }
+  return "unknown";
+}
+
+Json LogOddsJson(float log_odds) { return IsKnown(log_odds) ? Json(log_odds) : Json(nullptr); }
+
+Json VectorJson(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+
+// --- build ---
+
+struct BuildArguments {
+  std::string source, out, config;
+  std::string free_space = "none";
+  ImportOptions options;
+};
+
+void Build(const BuildArguments& arguments) {
+  ImportOptions options = arguments.options;
+  options.free_space = arguments.free_space == "rays" ? FreeSpace::kRays : FreeSpace::kNone;
+  const std::filesystem::path source = arguments.source;
+  if (!std::filesystem::exists(source))
+    throw UsageError(source.string() + ": no such file or folder");
+  if (IsMapFolder(arguments.out))
+    throw UsageError(arguments.out + ": there is a map already; choose another folder");
+  if (std::filesystem::is_directory(source)) {
+    SaveMapFolder(ImportClouds(source, options), arguments.out);
+  } else if (source.extension() == ".graph") {
+    SaveMapFolder(ImportScanGraph(source, options), arguments.out);
+  } else {
+    BuildMapFromLog(source,
+                    arguments.config.empty() ? ConfigOfLog(source) : Config::Load(arguments.config),
+                    arguments.out);
+  }
+  const StoredMap map = Load(arguments.out);
+  std::printf("%zu submaps in %s\n", map.submaps.size(), arguments.out.c_str());
+}
+
+void AddBuild(CLI::App& map) {
+  auto* command = map.add_subcommand(
+      "build",
+      "Make a map from recorded data: a folder of .pcd clouds with poses in VIEWPOINT (a "
+      "submap each), an OctoMap .graph scan log, or an LCM log.");
+  const auto arguments = std::make_shared<BuildArguments>();
+  ImportOptions& options = arguments->options;
+  command->add_option("source", arguments->source, "folder, .graph or LCM log")->required();
+  command->add_option("--out", arguments->out, "the map's folder")->required();
+  command->add_option("--voxel-size", options.submap.voxel_size_m, "side of a voxel [m]")
+      ->check(CLI::Range(0.005, 5.0))
+      ->capture_default_str();
+  command
+      ->add_option("--scans-per-submap", options.submap.scans_per_submap,
+                   "scans of a .graph that make a submap")
+      ->check(CLI::Range(1, 1000000))
+      ->capture_default_str();
+  command
+      ->add_option("--free-space", arguments->free_space,
+                   "none, or rays: clouds also free the way from their viewpoint")
+      ->check(CLI::IsMember({"none", "rays"}))
+      ->capture_default_str();
+  command->add_option("--config", arguments->config,
+                      "mission file for an LCM log that has no RUN message");
+  command->add_flag("--z-down", options.z_down, "clouds and their poses have z down");
+  command->callback([arguments] { Build(*arguments); });
+}
+
+// --- info ---
+
+struct InfoArguments {
+  std::string map;
+  bool json = false;
+};
+
+void ShowInfo(const InfoArguments& arguments) {
+  const LoadedMap loaded = LoadMapFolder(arguments.map);
+  const StoredMap& stored = loaded.map;
+  const VogMap map = ToVogMap(stored);
+  std::int64_t known = 0, occupied = 0, bytes = 0, scans = 0;
+  for (const SubmapPtr& submap : stored.submaps) {
+    submap->grid.ForEach([&](const VoxelKey&, LogOddsUnits units) {
+      ++known;
+      occupied += map.IsOccupied(ToLogOdds(units));
+    });
+    bytes += static_cast<std::int64_t>(submap->grid.memory_bytes());
+    scans += submap->scans;
+  }
+  const Eigen::AlignedBox3d bounds_W = map.Bounds();
+  const auto per_submap = [&](std::int64_t total) {
+    return stored.submaps.empty()
+               ? 0.0
+               : static_cast<double>(total) / static_cast<double>(stored.submaps.size());
+  };
+  Json json = {{"submaps", stored.submaps.size()},
+               {"scans", scans},
+               {"complete", stored.complete},
+               {"voxel_size_m", stored.voxel_size_m},
+               {"known_voxels", known},
+               {"occupied_voxels", occupied},
+               {"kb_per_submap", per_submap(bytes) / 1024},
+               {"min_W_m", bounds_W.isEmpty() ? Json(nullptr) : VectorJson(bounds_W.min())},
+               {"max_W_m", bounds_W.isEmpty() ? Json(nullptr) : VectorJson(bounds_W.max())},
+               {"faults", loaded.faults}};
+  if (arguments.json) {
+    std::printf("%s\n", json.dump(2).c_str());
+    return;
+  }
+  for (const auto& [key, value] : json.items())
+    std::printf("%-16s %s\n", key.c_str(), value.dump().c_str());
+}
+
+void AddInfo(CLI::App& map) {
+  auto* command = map.add_subcommand("info", "What a map holds.");
+  const auto arguments = std::make_shared<InfoArguments>();
+  command->add_option("map", arguments->map, "map folder")->required();
+  command->add_flag("--json", arguments->json, "print JSON");
+  command->callback([arguments] { ShowInfo(*arguments); });
+}
+
+// --- query ---
+
+struct QueryArguments {
+  std::string map, points = "-", method = "cached";
+  bool json = false;
+};
+
+std::vector<Vec3> ReadPoints(std::istream& in, const std::string& name) {
+  std::vector<Vec3> points;
+  int number = 0;
+  for (std::string line; std::getline(in, line);) {
+    ++number;
+    if (line.find_first_not_of(" \t\r") == std::string::npos || line[0] == '#') continue;
+    std::istringstream values(line);
+    Vec3 p;
+    if (!(values >> p.x() >> p.y() >> p.z()) || !p.allFinite())
+      throw UsageError(name + ":" + std::to_string(number) + ": not three numbers x y z");
+    points.push_back(p);
+  }
+  return points;
+}
+
+std::vector<Vec3> ReadPoints(const std::string& file) {
+  if (file == "-") return ReadPoints(std::cin, "standard input");
+  std::ifstream in(file);
+  if (!in) throw UsageError(file + ": no such file");
+  return ReadPoints(in, file);
+}
+
+void PrintPlaces(const OccupancyMap& map, const std::vector<Vec3>& points_W,
+                 const std::vector<float>& log_odds, bool json) {
+  Json rows = Json::array();
+  for (std::size_t i = 0; i < points_W.size(); ++i) {
+    const char* state = NameOf(map.StateOf(log_odds[i]));
+    const Vec3& p = points_W[i];
+    if (json) {
+      rows.push_back({{"x", p.x()},
+                      {"y", p.y()},
+                      {"z", p.z()},
+                      {"state", state},
+                      {"log_odds", LogOddsJson(log_odds[i])}});
+    } else if (IsKnown(log_odds[i])) {
+      std::printf("%.6g %.6g %.6g %s %g\n", p.x(), p.y(), p.z(), state, log_odds[i]);
+    } else {
+      std::printf("%.6g %.6g %.6g %s nan\n", p.x(), p.y(), p.z(), state);
+    }
+  }
+  if (json) std::printf("%s\n", rows.dump(1).c_str());
+}
+
+void Query(const QueryArguments& arguments) {
+  const VogMap map = ToVogMap(Load(arguments.map));
+  std::vector<Vec3> points_W = ReadPoints(arguments.points);
+  std::vector<float> log_odds(points_W.size());
+  if (arguments.method == "direct") {
+    map.LogOddsAt(points_W, log_odds);
+  } else {
+    std::vector<VoxelKey> voxels;
+    for (Vec3& p : points_W) {
+      voxels.push_back(map.grid().KeyOf(p));
+      p = map.grid().CenterOf(voxels.back());
+    }
+    map.LogOddsOf(voxels, log_odds);
+  }
+  PrintPlaces(map, points_W, log_odds, arguments.json);
+}
+
+void AddQuery(CLI::App& map) {
+  auto* command = map.add_subcommand(
+      "query",
+      "Ask for places: a line `x y z state logodds` each, state free, occupied or unknown.");
+  const auto arguments = std::make_shared<QueryArguments>();
+  command->add_option("map", arguments->map, "map folder")->required();
+  command
+      ->add_option("--points", arguments->points, "file with lines x y z, or - for standard input")
+      ->capture_default_str();
+  command
+      ->add_option(
+          "--method", arguments->method,
+          "direct: eq. 5 at the point; cached: at the centre of its voxel, which is printed")
+      ->check(CLI::IsMember({"direct", "cached"}))
+      ->capture_default_str();
+  command->add_flag("--json", arguments->json, "print JSON");
+  command->callback([arguments] { Query(*arguments); });
+}
+
+// --- raycast ---
+
+struct RaycastArguments {
+  std::string map, method = "cached";
+  std::vector<double> origin, direction;
+  double range_m = 10;
+  bool json = false;
+};
+
+/// The places along a ray and the answers there, up to the first occupied one.
+struct RayAnswer {
+  std::vector<Vec3> points_W;
+  std::vector<float> log_odds;
+};
+
+RayAnswer CastCached(const VogMap& map, const Vec3& origin_W, const Vec3& direction_W,
+                     double range_m) {
+  std::vector<RayVoxel> ray;
+  map.CastRay(origin_W, direction_W, range_m, ray);
+  RayAnswer answer;
+  for (const RayVoxel& voxel : ray) {
+    answer.points_W.push_back(map.grid().CenterOf(voxel.key));
+    answer.log_odds.push_back(voxel.log_odds);
+  }
+  return answer;
+}
+
+/// Steps of one voxel along the ray, k = 1, 2, ...
+std::vector<Vec3> StepsAlong(const VogMap& map, const Vec3& origin_W, const Vec3& direction_W,
+                             double range_m) {
+  const double step_m = map.grid().voxel_size_m();
+  std::vector<Vec3> points_W;
+  for (int k = 1; k * step_m <= range_m; ++k)
+    points_W.push_back(origin_W + k * step_m * direction_W);
+  return points_W;
+}
+
+void StopAtFirstHit(const OccupancyMap& map, RayAnswer& answer) {
+  for (std::size_t i = 0; i < answer.log_odds.size(); ++i) {
+    if (!map.IsOccupied(answer.log_odds[i])) continue;
+    answer.points_W.resize(i + 1);
+    answer.log_odds.resize(i + 1);
+    return;
+  }
+}
+
+RayAnswer CastByPoints(const VogMap& steps_of, const OccupancyMap& map, const Vec3& origin_W,
+                       const Vec3& direction_W, double range_m) {
+  RayAnswer answer;
+  answer.points_W = StepsAlong(steps_of, origin_W, direction_W, range_m);
+  answer.log_odds.resize(answer.points_W.size());
+  map.LogOddsAt(answer.points_W, answer.log_odds);
+  StopAtFirstHit(map, answer);
+  return answer;
+}
+
+void Raycast(const RaycastArguments& arguments) {
+  const Vec3 origin_W = Eigen::Map<const Vec3>(arguments.origin.data());
+  const Vec3 direction = Eigen::Map<const Vec3>(arguments.direction.data());
+  if (!(direction.norm() > 1e-9)) throw UsageError("--direction must not be zero");
+  const Vec3 direction_W = direction.normalized();
+  const StoredMap stored = Load(arguments.map);
+  const VogMap map = ToVogMap(stored);
+  RayAnswer answer;
+  if (arguments.method == "cached") {
+    answer = CastCached(map, origin_W, direction_W, arguments.range_m);
+  } else if (arguments.method == "direct") {
+    answer = CastByPoints(map, map, origin_W, direction_W, arguments.range_m);
+  } else {
+    Algorithm1Map algorithm1(stored.voxel_size_m, SensorModel(stored.sensor_model));
+    for (const SubmapPtr& submap : stored.submaps)
+      algorithm1.Place(submap, stored.X_WM.at(submap->id()));
+    answer = CastByPoints(map, algorithm1, origin_W, direction_W, arguments.range_m);
+  }
+  const bool is_hit = !answer.log_odds.empty() && map.IsOccupied(answer.log_odds.back());
+  const double hit_m = is_hit ? (answer.points_W.back() - origin_W).norm() : 0;
+  if (!arguments.json) {
+    PrintPlaces(map, answer.points_W, answer.log_odds, false);
+    if (is_hit) {
+      std::printf("# hit after %.4g m\n", hit_m);
+    } else {
+      std::printf("# no hit within %.4g m\n", arguments.range_m);
+    }
+    return;
+  }
+  Json json = {{"hit", is_hit}, {"range_m", is_hit ? Json(hit_m) : Json(nullptr)}};
+  for (std::size_t i = 0; i < answer.points_W.size(); ++i)
+    json["ray"].push_back({{"p_W_m", VectorJson(answer.points_W[i])},
+                           {"state", NameOf(map.StateOf(answer.log_odds[i]))},
+                           {"log_odds", LogOddsJson(answer.log_odds[i])}});
+  std::printf("%s\n", json.dump(1).c_str());
+}
+
+void AddRaycast(CLI::App& map) {
+  auto* command = map.add_subcommand("raycast", "Follow a ray to the first occupied place.");
+  const auto arguments = std::make_shared<RaycastArguments>();
+  command->add_option("map", arguments->map, "map folder")->required();
+  command->add_option("--origin", arguments->origin, "X Y Z [m]")->expected(3)->required();
+  command->add_option("--direction", arguments->direction, "X Y Z, of any length")
+      ->expected(3)
+      ->required();
+  command->add_option("--range", arguments->range_m, "how far [m]")
+      ->check(CLI::Range(0.0, 1e4))
+      ->required();
+  command
+      ->add_option("--method", arguments->method,
+                   "cached: the voxels on the ray; direct, algorithm1: steps of a voxel's side")
+      ->check(CLI::IsMember({"direct", "cached", "algorithm1"}))
+      ->capture_default_str();
+  command->add_flag("--json", arguments->json, "print JSON");
+  command->callback([arguments] { Raycast(*arguments); });
+}
+
+// --- export ---
+
+void AddExport(CLI::App& map) {
+  struct Arguments {
+    std::string map, out;
+  };
+  auto* command = map.add_subcommand(
+      "export", "Write the merged map: .ot, .bt (OctoMap), .ply, .pcd (occupied), .vtk (known).");
+  const auto arguments = std::make_shared<Arguments>();
+  command->add_option("map", arguments->map, "map folder")->required();
+  command->add_option("out", arguments->out, "file")->required();
+  command->callback([arguments] { ExportMap(ToVogMap(Load(arguments->map)), arguments->out); });
+}
+
+}  // namespace
+
+void AddMapCommand(CLI::App& app) {
+  auto* map = app.add_subcommand("map", "Build maps from recorded data, and ask them.");
+  map->require_subcommand(1);
+  AddBuild(*map);
+  AddInfo(*map);
+  AddQuery(*map);
+  AddRaycast(*map);
+  AddExport(*map);
+}
+
+}  // namespace vog

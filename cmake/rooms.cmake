@@ -69,3 +69,12 @@ function(vog_room folder)
     install(TARGETS ${ARG_PROGRAM} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
   endif()
 endfunction()
+
+# vog_system_test(NAME): test/NAME_test.py, which runs the programs.
+function(vog_system_test name)
+  if(BUILD_TESTING)
+    add_test(NAME ${name} COMMAND python3 ${PROJECT_SOURCE_DIR}/test/${name}_test.py)
+    set_tests_properties(${name} PROPERTIES TIMEOUT 2400 ENVIRONMENT
+      "VOG_BIN=${CMAKE_RUNTIME_OUTPUT_DIRECTORY};VOG_BUILD=${CMAKE_BINARY_DIR};VOG_SANITIZE=${VOG_SANITIZE}")
+  endif()
+endfunction()

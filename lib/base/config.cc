@@ -78,7 +78,7 @@ toml::table ParseFile(const std::filesystem::path& path, int depth) {
   toml::table merged;
   if (const toml::node* include = own.get("include")) {
     const toml::array* files = include->as_array();
-    if (files == nullptr || !files->is_homogeneous<std::string>())
+    if (files == nullptr || (!files->empty() && !files->is_homogeneous<std::string>()))
       throw UsageError(Where(include->source()) + "include must be an array of file names");
     if (depth == kMaxIncludeDepth)
       throw UsageError(Where(include->source()) + "includes are nested too deeply");

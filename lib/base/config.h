@@ -30,6 +30,15 @@ constexpr Range Between(double lo, double hi) { return {lo, hi}; }
 template <class Enum>
 using Names = std::vector<std::pair<Enum, std::string>>;
 
+/// The name of `value`; empty if it has none.
+template <class Enum>
+std::string NameOf(const Names<Enum>& names, Enum value) {
+  for (const auto& [named, name] : names) {
+    if (named == value) return name;
+  }
+  return {};
+}
+
 /// Visits each field of an options struct once; that one visit reads, checks and documents it. A
 /// struct lists its fields in `void Visit(OptionsVisitor& v)`, one call a field:
 ///

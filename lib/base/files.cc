@@ -9,7 +9,6 @@
 #include <charconv>
 #include <cstring>
 #include <fstream>
-#include <sstream>
 #include <utility>
 
 #include "lib/base/errors.h"
@@ -76,10 +75,12 @@ void WriteFileAtomically(const std::filesystem::path& path, std::string_view byt
 std::string ReadFile(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) Fail(path, "read");
-  std::ostringstream bytes;
-  bytes << file.rdbuf();
-  if (file.bad()) Fail(path, "read");
-  return std::move(bytes).str();
+  std::string bytes;
+  std::array<char, 1 << 16> block;
+  while (file.read(block.data(), block.size()) || file.gcount() > 0)
+    bytes.append(block.data(), static_cast<std::size_t>(file.gcount()));
+  if (file.bad()) Fail(path, "read");  // A folder, or a bad disk.
+  return bytes;
 }
 
 std::uint32_t Crc32(std::string_view bytes) {

@@ -1,19 +1,38 @@
 #include "lib/bus/lcm_log.h"
 
+#include <array>
+#include <cstdio>
 #include <filesystem>
+#include <fstream>
 
 #include "lib/base/errors.h"
 
 namespace vog {
+namespace {
+
+/// Every event of a log starts with LCM's magic number.
+bool StartsAsLog(const std::string& path) {
+  constexpr std::array<unsigned char, 4> kMagic = {0xED, 0xA1, 0xDA, 0x01};
+  std::array<unsigned char, 4> start = kMagic;
+  std::ifstream file(path, std::ios::binary);
+  file.read(reinterpret_cast<char*>(start.data()), start.size());
+  return start == kMagic;
+}
+
+}  // namespace
 
 LcmLogReader::LcmLogReader(const std::string& path) : file_(path, "r") {
   // LCM opens a folder as happily as a file.
   if (!file_.good() || !std::filesystem::is_regular_file(path))
     throw UsageError(path + ": no such log");
+  if (!StartsAsLog(path)) throw UsageError(path + ": not an LCM event log");
 }
 
 std::optional<LogEvent> LcmLogReader::Next() {
-  const lcm::LogEvent* const event = file_.readNextEvent();
+  const lcm::LogEvent* event = file_.readNextEvent();
+  // Nothing may also be a damaged event. LCM has gone past it and looks for the next one's start.
+  while (event == nullptr && !std::feof(file_.getFilePtr()) && !std::ferror(file_.getFilePtr()))
+    event = file_.readNextEvent();
   if (event == nullptr) return std::nullopt;
   const auto* const data = static_cast<const std::uint8_t*>(event->data);
   return LogEvent{FromUtime(event->timestamp), event->channel, {data, data + event->datalen}};

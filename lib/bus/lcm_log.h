@@ -14,14 +14,16 @@ struct LogEvent {
   Time time;
   std::string channel;
   std::vector<std::uint8_t> bytes;
+  bool operator==(const LogEvent&) const = default;
 };
 
 /// Reads an LCM event log.
 class LcmLogReader {
  public:
-  /// @throws UsageError when the file cannot be opened.
+  /// @throws UsageError when there is no such file, or it is no LCM event log. An empty one is.
   explicit LcmLogReader(const std::string& path);
-  /// The next event, nothing at the end or at the first damaged event.
+  /// The next event, nothing at the end. Damaged events are passed over, and so is one that a
+  /// damaged event's head follows: LCM trusts no event without a good neighbour.
   std::optional<LogEvent> Next();
 
  private:

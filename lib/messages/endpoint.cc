@@ -67,6 +67,10 @@ void Endpoint::ReportStatus(Report report) {
   bus_.Every(std::chrono::seconds(1), [this, report](Time now) { PublishStatus(now, report); });
 }
 
+void Endpoint::ReportStatus(Report report, std::function<Time()> now) {
+  bus_.Every(std::chrono::seconds(1), [this, report, now](Time) { PublishStatus(now(), report); });
+}
+
 void Endpoint::PublishStatus(Time now, const Report& report) {
   std::map<std::string, std::int64_t> counters = {{"received", counts_.received},
                                                   {"malformed", counts_.malformed},
@@ -95,6 +99,7 @@ std::optional<ChunkAssembler::Whole> ChunkAssembler::Add(const chunk_t& chunk) {
   if (found == partials_.end() || found->second.epoch != chunk.header.epoch ||
       found->second.version != chunk.version || found->second.crc32 != chunk.crc32 ||
       static_cast<int>(found->second.parts.size()) != chunk.parts) {
+    if (found != partials_.end()) ++dropped_;
     partials_[chunk.item] = {
         chunk.header.epoch, chunk.version,
         chunk.crc32,        std::vector<std::vector<std::uint8_t>>(chunk.parts),

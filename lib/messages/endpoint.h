@@ -93,6 +93,8 @@ class Endpoint {
   /// Tells STATUS once a second; `report` adds the node's own counters and returns its health.
   using Report = std::function<std::string(std::map<std::string, std::int64_t>&)>;
   void ReportStatus(Report report);
+  /// The same at the time that `now` tells: for who makes the time that others follow.
+  void ReportStatus(Report report, std::function<Time()> now);
 
   Bus& bus() { return bus_; }
   std::int64_t run_id() const { return run_id_; }

@@ -9,7 +9,7 @@
 namespace vog {
 
 struct DeadReckoningOptions {
-  double dvl_sigma_m_s = 0.066;
+  double dvl_sigma_m_s = 0.03;
   double dvl_period_s = 0.2;
   double no_lock_sigma_m_s = 0.15;
   double lock_lost_after_s = 1.0;

@@ -27,6 +27,12 @@ struct ExplorationOptions {
 };
 
 enum class PlannerKind { kNextBestView };
+/// The planners' names in configuration files and metrics.
+inline const Names<PlannerKind>& PlannerKindNames() {
+  static const Names<PlannerKind> names = {{PlannerKind::kNextBestView, "nbvp"}};
+  return names;
+}
+
 enum class UnknownSpace { kBlocks, kPassable };
 /// c of eq. 7: the length of the edge, as it prints, or of the path from the root.
 enum class Discount { kEdge, kRoot };
@@ -53,8 +59,7 @@ struct PlannerOptions {
   double goal_tolerance_rad = 0.1;
 
   void Visit(OptionsVisitor& v) {
-    v("kind", kind, Names<PlannerKind>{{PlannerKind::kNextBestView, "nbvp"}},
-      "receding-horizon next-best-view tree");
+    v("kind", kind, PlannerKindNames(), "receding-horizon next-best-view tree");
     v("unknown", unknown,
       Names<UnknownSpace>{{UnknownSpace::kBlocks, "blocks"}, {UnknownSpace::kPassable, "passable"}},
       "whether the vehicle may move through space that nobody has seen");

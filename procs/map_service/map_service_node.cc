@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "lib/base/files.h"
 #include "lib/base/log.h"
@@ -13,9 +14,19 @@
 namespace vog {
 namespace {
 
+// MISSION_STATUS.end_reason when the mission has all the submaps it may have.
+constexpr const char* kBudgetUsed = "max_submaps";
 constexpr std::int8_t kRejected = 3;
 // A reply should fit into a few hundred chunks.
 constexpr std::size_t kMaxAnswers = 2'000'000;
+
+/// Check sum of all that a submap says, the same when it comes back from a map folder: the last
+/// bits of its quaternions may not.
+std::uint32_t VersionOf(submap_t message) {
+  for (pose_t* pose : {&message.base.odometry.X_OB, &message.base.edge_X_PM})
+    for (double& number : pose->quaternion_wxyz) number = std::round(number * 1e9) + 0.0;
+  return ContentChecksum(message);
+}
 
 void AddAnswer(const Vec3& center_W, float log_odds, map_reply_t& reply) {
   reply.center_W_m.push_back({static_cast<float>(center_W.x()), static_cast<float>(center_W.y()),
@@ -101,10 +112,15 @@ MapServiceNode::MapServiceNode(Bus& bus, const MapServiceSettings& settings)
                       [this](Time, const mission_status_t& message) { OnMissionStatus(message); });
   endpoint_.Subscribe(outputs::kMapRequest,
                       [this](Time, const map_request_t& request) { OnRequest(request); });
-  bus.Every(std::chrono::seconds(1), [this](Time) { PublishStatus(newest_); });
+  bus.Every(std::chrono::seconds(1), [this](Time) {
+    PublishStatus(newest_);
+    // SLAM may have told them before this process began, or the disk was full then.
+    if (is_finished_ && !is_complete_) AskForPoses();
+  });
   endpoint_.ReportStatus([this](auto& counters) {
     counters["submaps"] = map_.size();
     counters["scans_dropped"] = synchronizer_.dropped();
+    counters["leaps"] = leaps_;
     counters["scans_waiting"] = synchronizer_.waiting();
     return save_fault_.empty() ? "ok" : save_fault_;
   });
@@ -126,7 +142,7 @@ void MapServiceNode::Resume() {
       break;
     }
     const std::string octree_bytes = ToOctreeBytes(submap->grid);
-    digest_ = AppendToDigest(digest_, ContentChecksum(ToMessage(*submap, octree_bytes)));
+    digest_ = AppendToDigest(digest_, VersionOf(ToMessage(*submap, octree_bytes)));
     writer_.AddSubmap(*submap, octree_bytes);
     map_.Place(submap, loaded.map.X_WM.at(submap->id()));
     builder_.ContinueAfter(*submap);
@@ -158,8 +174,18 @@ void MapServiceNode::OnNav(const nav_t& message) {
 void MapServiceNode::AddScans() {
   while (const auto registered = synchronizer_.Next()) {
     if (is_finished_) continue;
-    if (const SubmapPtr closed = builder_.Add(*registered)) OnClosed(closed, newest_);
+    if (const SubmapPtr closed = Add(*registered)) OnClosed(closed, newest_);
     ShowOpen();
+  }
+}
+
+SubmapPtr MapServiceNode::Add(const RegisteredScan& registered) {
+  try {
+    return builder_.Add(registered);
+  } catch (const std::length_error&) {
+    // The odometry has leapt farther than a submap can be wide; the next scan begins a new one.
+    ++leaps_;
+    return builder_.Close();
   }
 }
 
@@ -189,7 +215,7 @@ void MapServiceNode::OnClosed(const SubmapPtr& submap, Time time) {
   unsaved_[submap->id()] = octree_bytes;
   Save(/*complete=*/false);
   const submap_t message = ToMessage(*submap, octree_bytes);
-  digest_ = AppendToDigest(digest_, ContentChecksum(message));
+  digest_ = AppendToDigest(digest_, VersionOf(message));
   PublishSubmap(message, time);
   PublishStatus(time);
 }
@@ -221,7 +247,10 @@ void MapServiceNode::OnGraph(const graph_t& message) {
 void MapServiceNode::OnMissionStatus(const mission_status_t& message) {
   if (message.state != "finished" || is_finished_) return;
   is_finished_ = true;
-  if (const SubmapPtr last = builder_.Close()) OnClosed(last, newest_);
+  const SubmapPtr last = builder_.Close();
+  // What was seen beyond the budget does not belong to the mission.
+  if (last && message.end_reason != kBudgetUsed) OnClosed(last, newest_);
+  ShowOpen();
   CompleteIfDone(newest_);
 }
 
@@ -281,8 +310,8 @@ void MapServiceNode::Save(bool complete) {
 }
 
 void MapServiceNode::PublishSubmap(const submap_t& message, Time time) {
-  endpoint_.PublishLarge(outputs::kSubmap, message.base.submap_id, ContentChecksum(message),
-                         message, time);
+  endpoint_.PublishLarge(outputs::kSubmap, message.base.submap_id, VersionOf(message), message,
+                         time);
 }
 
 void MapServiceNode::PublishStatus(Time time) {
@@ -296,6 +325,12 @@ void MapServiceNode::PublishStatus(Time time) {
   status.complete = is_complete_;
   status.fault = save_fault_;
   endpoint_.Publish(outputs::kMapStatus, status, time);
+}
+
+void MapServiceNode::AskForPoses() {
+  map_request_t request{};
+  request.kind = "poses";
+  endpoint_.Publish(outputs::kMapRequest, request, newest_);
 }
 
 void MapServiceNode::OnRequest(const map_request_t& request) {

@@ -37,7 +37,7 @@ struct MapServiceSettings {
 /// Builds submaps from scans, keeps the VOG-map at SLAM's newest poses, saves it, and answers
 /// questions about it. Each closed submap is saved before it is told: who has heard of one can
 /// always get it again. In: SCAN, NAV, SUBMAP_POSES, GRAPH, MAP_REQUEST, MISSION_STATUS. Out:
-/// SUBMAP, MAP_STATUS, MAP_REPLY, STATUS.
+/// SUBMAP, MAP_STATUS, MAP_REPLY, MAP_REQUEST (poses), STATUS.
 class MapServiceNode {
  public:
   /// Goes on with the map in the directory if it is of this run and not complete. @throws
@@ -49,12 +49,14 @@ class MapServiceNode {
   void OnScan(const scan_t& message);
   void OnNav(const nav_t& message);
   void AddScans();
+  SubmapPtr Add(const RegisteredScan& registered);
   void OnClosed(const SubmapPtr& submap, Time time);
   void OnSubmapPoses(const submap_poses_t& message);
   void OnGraph(const graph_t& message);
   void OnMissionStatus(const mission_status_t& message);
   void OnRequest(const map_request_t& request);
   void CompleteIfDone(Time time);
+  void AskForPoses();
   void ShowOpen();
   void Save(bool complete);
   G2oGraph Graph() const;
@@ -75,6 +77,7 @@ class MapServiceNode {
   int told_open_ = -1;                       // Number of the open submap that was told last.
   std::map<SubmapId, std::string> unsaved_;  // Octree files that are not on disk yet.
   bool is_finished_ = false, is_complete_ = false;
+  std::int64_t leaps_ = 0;
   std::string save_fault_;
   Time newest_;
 };

@@ -54,10 +54,12 @@ SimNode::SimNode(Bus& bus, const SimSettings& settings)
       world_(settings.world, settings.scene_W) {
   endpoint_.Subscribe(outputs::kVehicleCommand,
                       [this](Time, const control_t& message) { OnCommand(message); });
-  endpoint_.ReportStatus([this](auto& counters) {
-    counters["vehicle_time_s"] = static_cast<std::int64_t>(ToSeconds(time_));
-    return "ok";
-  });
+  endpoint_.ReportStatus(
+      [this](auto& counters) {
+        counters["vehicle_time_s"] = static_cast<std::int64_t>(ToSeconds(time_));
+        return "ok";
+      },
+      [this] { return time_; });
 }
 
 void SimNode::PublishRun() {
@@ -65,9 +67,7 @@ void SimNode::PublishRun() {
   run.program_version = kVersion;
   run.config_toml = settings_.config_toml;
   run.seed = settings_.mission.seed;
-  for (const auto& [mode, name] : MissionModeNames()) {
-    if (mode == settings_.mission.mode) run.mode = name;
-  }
+  run.mode = NameOf(MissionModeNames(), settings_.mission.mode);
   endpoint_.Publish(inputs::kRun, run, Time{});
 }
 
@@ -104,13 +104,13 @@ void LivePacer::OnTick(Time now) {
     anchor_ = advanced_ = now;
     sim_.AdvanceTo(Time{});
   }
-  const Time next = sim_.time() + sim_.tick();
+  const Time next = sim_.next_due();
   const double lag_s = options_.speed * ToSeconds(now - *anchor_) - ToSeconds(next - anchor_sim_);
   if (lag_s < 0) return;
   if (next - sim_.commanded() <= FromSeconds(options_.max_ahead_s)) {
     is_stalled_ = false;
   } else {
-    const Duration wait = is_stalled_ ? sim_.tick() : FromSeconds(options_.stall_s);
+    const Duration wait = is_stalled_ ? next - sim_.time() : FromSeconds(options_.stall_s);
     if (now - advanced_ < wait) return;
     is_stalled_ = true;
   }

@@ -48,7 +48,8 @@ class SimNode {
 
   /// Tells all that is due up to `time`.
   void AdvanceTo(Time time);
-  Duration tick() const { return world_.tick(); }
+  /// The next moment at which there is something to tell.
+  Time next_due() const { return world_.next_due(); }
   Time time() const { return time_; }
   /// The vehicle time that the newest command answers; 0 before the first.
   Time commanded() const { return commanded_; }

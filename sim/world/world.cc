@@ -1,7 +1,6 @@
 #include "sim/world/world.h"
 
 #include <algorithm>
-#include <numeric>
 #include <string>
 
 #include "lib/base/files.h"
@@ -62,12 +61,6 @@ Time World::next_due() const {
   return next;
 }
 
-Duration World::tick() const {
-  std::int64_t tick = 0;
-  for (const Schedule* schedule : Schedules()) tick = std::gcd(tick, schedule->period.count());
-  return Duration(tick);
-}
-
 Emissions World::AdvanceTo(Time now) {
   Emissions out;
   for (Time due = next_due(); due <= now; due = next_due()) {
@@ -93,7 +86,8 @@ void World::Emit(Time now, Emissions& out) {
   const bool nav_due = nav_schedule_.due() == now, scan_due = scan_schedule_.due() == now;
   if (nav_due || scan_due) {
     out.truth.push_back(Truth(now));
-    if (options_.navigation == NavigationKind::kEq8) {
+    // With instruments alone, a first fix tells where the vehicle starts.
+    if (options_.navigation == NavigationKind::kEq8 || now == Time{}) {
       out.navigation.push_back(
           drifted_navigation_.Sample(now, navigation_sequence_++, vehicle_.state()));
     }

@@ -26,7 +26,7 @@ struct TruthRecord {
 };
 
 /// What a stretch of time brought, each kind in order of time. Which kinds there are depends on the
-/// options: navigation or dvl, imu and depth; returns or frames.
+/// options: navigation, or one fix at time 0 and dvl, imu and depth; returns or frames.
 struct Emissions {
   std::vector<VehicleNavRecord> navigation;
   std::vector<DvlRecord> dvl;
@@ -56,9 +56,6 @@ class World {
 
   /// The next moment at which something is due.
   Time next_due() const;
-
-  /// The longest step of which all records' times are multiples.
-  Duration tick() const;
 
  private:
   /// Something that happens every period, from time 0 on.

@@ -1,12 +1,11 @@
 #include "tools/map/map_import.h"
 
-#include <octomap/ScanGraph.h>
-
 #include <algorithm>
 #include <cctype>
 
 #include "lib/geometry/cloud_file.h"
 #include "lib/posegraph/g2o.h"
+#include "tools/map/scan_graph_file.h"
 
 namespace vog {
 namespace {
@@ -96,12 +95,6 @@ class MapMaker {
   G2oGraph graph_;
 };
 
-Pose3 FromOctomap(const octomap::pose6d& pose) {
-  return MakePose(
-      {pose.x(), pose.y(), pose.z()},
-      Eigen::Quaterniond(pose.rot().u(), pose.rot().x(), pose.rot().y(), pose.rot().z()));
-}
-
 }  // namespace
 
 StoredMap ImportClouds(const std::filesystem::path& folder, const ImportOptions& options) {
@@ -121,33 +114,22 @@ StoredMap ImportClouds(const std::filesystem::path& folder, const ImportOptions&
 }
 
 StoredMap ImportScanGraph(const std::filesystem::path& file, const ImportOptions& options) {
-  octomap::ScanGraph graph;
-  if (!std::filesystem::is_regular_file(file) || !graph.readBinary(file.string()) || graph.size() == 0)
-    throw UsageError(file.string() + ": not an OctoMap scan log (.graph) with scans");
   MapMaker maker(options);
-  std::optional<ScanInserter> inserter;
-  std::optional<BrickGrid> grid;
-  Pose3 X_WM = Pose3::Identity();
-  int scans = 0;
-  const auto close = [&] {
-    if (scans > 0) maker.Add(std::move(*grid), X_WM, scans);
-    scans = 0;
-  };
-  for (octomap::ScanNode* node : graph) {
-    const Pose3 X_WS = FromOctomap(node->pose);
-    if (scans == 0) {
-      X_WM = X_WS;
-      grid.emplace(options.submap.voxel_size_m);
-      inserter.emplace(SensorModel(options.sensor_model), options.submap.voxel_size_m);
+  const std::vector<GraphScan> scans = ReadScanGraph(file);
+  const auto per_submap = static_cast<std::size_t>(options.submap.scans_per_submap);
+  for (std::size_t first = 0; first < scans.size(); first += per_submap) {
+    const std::size_t end = std::min(scans.size(), first + per_submap);
+    const Pose3 X_WM = scans[first].X_WS;
+    BrickGrid grid(options.submap.voxel_size_m);
+    ScanInserter inserter(SensorModel(options.sensor_model), options.submap.voxel_size_m);
+    for (std::size_t i = first; i < end; ++i) {
+      const Pose3 X_MS = Ominus(X_WM, scans[i].X_WS);
+      std::vector<Vec3> points_M;
+      for (const Vec3& p_S : scans[i].points_S) points_M.push_back(X_MS * p_S);
+      inserter.Insert(points_M, X_MS.translation(), grid);
     }
-    const Pose3 X_MS = Ominus(X_WM, X_WS);
-    std::vector<Vec3> points_M;
-    for (const octomap::point3d& p : *node->scan)
-      points_M.push_back(X_MS * Vec3(p.x(), p.y(), p.z()));
-    inserter->Insert(points_M, X_MS.translation(), *grid);
-    if (++scans == options.submap.scans_per_submap) close();
+    maker.Add(std::move(grid), X_WM, static_cast<int>(end - first));
   }
-  close();
   return maker.Finish();
 }
 

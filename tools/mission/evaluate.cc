@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "lib/base/errors.h"
 #include "lib/base/files.h"
 #include "lib/base/parallel.h"
 #include "lib/baselines/standard_map.h"
-#include "lib/collision/mesh_clearance.h"
 #include "lib/evaluation/cloud_error.h"
 #include "lib/evaluation/coverage.h"
 #include "lib/geometry/cloud_file.h"
@@ -16,9 +14,9 @@
 #include "lib/submap/submap_builder.h"
 #include "lib/vogmap/map_folder.h"
 #include "sim/scene/mesh_file.h"
-#include "sim/scene/ray_caster.h"
 #include "sim/scene/scene_options.h"
 #include "sim/world/world_options.h"
+#include "tools/mission/hull_space.h"
 #include "tools/mission/run_record.h"
 
 namespace vog {
@@ -195,17 +193,6 @@ Json PositionError(const Trajectory& trajectory, const Trajectory& truth) {
           {"end", ErrorAt(trajectory, truth, truth.size() - 1)}};
 }
 
-/// Whether the hull fits somewhere at some heading: the box is square, so a quarter turn repeats.
-bool HullFits(const MeshClearance& clearance, const RayCaster& scene, const Vec3& p_W) {
-  constexpr int kHeadings = 4;
-  if (scene.Inside(p_W)) return false;
-  for (int i = 0; i < kHeadings; ++i) {
-    if (!clearance.Collides(MakePose(p_W, {0, 0, i * std::numbers::pi / 2 / kHeadings})))
-      return true;
-  }
-  return false;
-}
-
 Json TimeToJson(const CoverageCurve& curve, double share) {
   const auto time_s = curve.TimeTo(share);
   return time_s ? Json(*time_s) : Json(nullptr);
@@ -223,11 +210,11 @@ Json SeriesOf(const CoverageCurve& curve) {
 }
 
 void JudgeCoverage(const Run& run, Json& metrics, Json& series) {
-  const RayCaster scene(run.scene_W);
-  const MeshClearance clearance(run.scene_W, run.planner.hull_size_m);
+  const HullSpace space(run.scene_W, run.planner.hull_size_m);
+  const RayCaster& scene = space.scene();
   const TrueWorld world{
       [&](const Vec3& from_W, const Vec3& to_W) { return scene.Occluded(from_W, to_W); },
-      [&](const Vec3& p_W) { return HullFits(clearance, scene, p_W); }};
+      [&](const Vec3& p_W) { return space.Fits(p_W); }};
   const Eigen::AlignedBox3d box_W = run.exploration.box_W();
   const Reachability reach(world, box_W, run.simulation.start_position_m, run.options.reach_step_m);
 
@@ -333,7 +320,7 @@ nlohmann::ordered_json EvaluateRun(const std::filesystem::path& folder) {
   Json metrics, series;
   metrics["scene"] = SceneNameOf(run.record.config.Read<SceneOptions>("scene"));
   metrics["mode"] = run.record.mode;
-  metrics["planner"] = "nbvp";
+  metrics["planner"] = NameOf(PlannerKindNames(), run.planner.kind);
   metrics["seed"] = run.record.seed;
   metrics["end_reason"] = run.record.end_reason;
   metrics["submaps"] = run.map.submaps.size();

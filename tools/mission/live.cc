@@ -17,6 +17,8 @@
 #include "tools/mission/mission.h"
 #include "tools/mission/process_group.h"
 #include "tools/mission/progress_bar.h"
+#include "tools/mission/simulation_check.h"
+#include "tools/report/report.h"
 
 namespace vog {
 namespace {
@@ -93,7 +95,7 @@ nlohmann::ordered_json RunLiveMission(const Config& config, const std::filesyste
                                       double speed) {
   const Stopwatch stopwatch;
   const std::atomic<bool>& stop = StopSignal();
-  const SimSettings sim = SimSettings::From(config);  // Tells what is wrong before anything starts.
+  const SimSettings sim = CheckedSimSettings(config);
   PrepareFolder(folder);
   SaveMesh(sim.scene_W, folder / "scene.ply");
   const std::string config_file = (folder / "mission.toml").string();
@@ -117,7 +119,9 @@ nlohmann::ordered_json RunLiveMission(const Config& config, const std::filesyste
   RunTiming timing;
   timing.wall_s = stopwatch.seconds();
   WriteTiming(timing, folder / "timing.json");
-  return EvaluateRun(folder);
+  const auto metrics = EvaluateRun(folder);
+  WriteReport(folder);
+  return metrics;
 }
 
 }  // namespace vog

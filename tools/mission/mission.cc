@@ -18,6 +18,8 @@
 #include "tools/mission/evaluate.h"
 #include "tools/mission/mesh_mission.h"
 #include "tools/mission/progress_bar.h"
+#include "tools/mission/simulation_check.h"
+#include "tools/report/report.h"
 
 namespace vog {
 namespace {
@@ -94,7 +96,7 @@ void WriteTiming(const RunTiming& timing, const std::filesystem::path& file) {
 
 nlohmann::ordered_json RunMission(const Config& config, const std::filesystem::path& folder) {
   const Stopwatch stopwatch;
-  const SimSettings sim_settings = SimSettings::From(config);
+  const SimSettings sim_settings = CheckedSimSettings(config);
   PrepareFolder(folder);
   RunTiming timing;
   {
@@ -107,13 +109,13 @@ nlohmann::ordered_json RunMission(const Config& config, const std::filesystem::p
     SimNode sim(sim_bus, sim_settings);
     SaveMesh(sim_settings.scene_W, folder / "scene.ply");
     sim.AdvanceTo(Time{});
-    sim_bus.Every(sim.tick(), [&](Time now) { sim.AdvanceTo(now); });
 
     ProgressBar bar;
     std::optional<Time> finished;
     while (!system.progress().is_complete) {
-      const Time now = system.bus().now() + sim.tick();
+      const Time now = sim.next_due();
       system.bus().RunUntil(now);
+      sim.AdvanceTo(now);
       const RunProgress& progress = system.progress();
       if (progress.state == "finished" && !finished) finished = now;
       if (finished && now - *finished > kMaxFinish)
@@ -126,7 +128,9 @@ nlohmann::ordered_json RunMission(const Config& config, const std::filesystem::p
   }
   timing.wall_s = stopwatch.seconds();
   WriteTiming(timing, folder / "timing.json");
-  return EvaluateRun(folder);
+  const auto metrics = EvaluateRun(folder);
+  WriteReport(folder);
+  return metrics;
 }
 
 }  // namespace vog

@@ -12,6 +12,7 @@
 #include "tools/mission/evaluate.h"
 #include "tools/mission/mission.h"
 #include "tools/mission/progress_bar.h"
+#include "tools/report/report.h"
 
 namespace vog {
 namespace {
@@ -110,6 +111,7 @@ void ReplayLog(const std::filesystem::path& log, const std::filesystem::path& fo
                      config.Read<TankOptions>("scene.tank"), config.directory()),
            folder / "scene.ply");
   EvaluateRun(folder);
+  WriteReport(folder);
 }
 
 void BuildMapFromLog(const std::filesystem::path& log, const Config& config,

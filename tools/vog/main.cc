@@ -14,6 +14,8 @@ int Run(int argc, char** argv) {
   vog::AddReplayCommand(app);
   vog::AddMapCommand(app);
   vog::AddLogCommand(app);
+  vog::AddConfigCommand(app);
+  vog::AddReportCommand(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {  // --help and --version.

@@ -1,0 +1,51 @@
+"""Every shipped configuration file is read, and every setting is described."""
+
+import json
+import re
+import tomllib
+import unittest
+
+from vog_testing import ROOT, VogTest, vog
+
+
+class ConfigFilesTest(VogTest):
+    def test_all_shipped_files_are_good(self):
+        files = sorted((ROOT / "config").rglob("*.toml"))
+        self.assertGreater(len(files), 4)
+        for file in files:
+            with self.subTest(file.name):
+                self.run_vog("config", file)
+
+    def test_the_shipped_values_arrive(self):
+        shown = json.loads(self.run_vog("config", ROOT / "config/mission/tank.toml", "--json"))
+        self.assertEqual(shown["mission"]["max_submaps"]["value"], "105")
+        self.assertEqual(shown["sonar"]["rate_hz"]["value"], "10")
+        self.assertEqual(shown["scene"]["kind"]["value"], '"tank"')
+
+    def test_output_is_a_configuration_file_with_the_same_values(self):
+        text = self.run_vog("config", ROOT / "config/mission/propeller.toml")
+        copy = self.scratch / "copy.toml"
+        copy.write_text(text)
+        self.assertEqual(self.run_vog("config", copy), text)
+
+    def test_every_table_is_described(self):
+        done = vog("config", "--set", "nosuch.key=1")
+        self.assertEqual(done.returncode, 2)
+        known = set(re.search(r"known tables: (.*)", done.stderr).group(1).split())
+        described = {name.split(".")[0] for name in tomllib.loads(self.run_vog("config"))}
+        self.assertEqual(described, known)
+
+    def test_every_setting_is_explained_and_refuses_nonsense(self):
+        tables = json.loads(self.run_vog("config", "--json"))
+        for table, settings in tables.items():
+            for key, setting in settings.items():
+                with self.subTest(f"{table}.{key}"):
+                    self.assertGreater(len(setting["help"]), 3)
+        # One of each type.
+        for assignment in ("mission.seed=1.5", "sonar.rate_hz='fast'", "exploration.min_m=[1,2]",
+                           "sonar.tilt='wobble'", "planner.range_m=-1"):
+            self.refuse(2, "config", "--set", assignment, says=[assignment.split("=")[0]])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,110 @@
+"""Lock-step missions judged by their metrics, repeated and replayed to the same bytes."""
+
+import re
+import unittest
+
+from vog_testing import INPUTS, IS_SANITIZED, VogTest, config, contents
+
+SUBMAPS = 4 if IS_SANITIZED else 24
+
+
+class MissionTest(VogTest):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.run_folder = cls.scratch / "a"
+        cls.run_vog(cls(), "mission", config("propeller"), "--seed", 1, "--max-submaps", SUBMAPS,
+                    "--out", cls.run_folder)
+
+    def test_the_map_is_right(self):
+        metrics = self.metrics(self.run_folder)
+        self.assertEqual(metrics["submaps"], SUBMAPS)
+        self.assertEqual(metrics["end_reason"], "max_submaps")
+        self.assertEqual(metrics["collisions"], 0)
+        self.assertGreater(metrics["min_clearance_m"], 0.05)
+        self.assertLess(metrics["rmse_m"]["vog"], 0.1)
+        if IS_SANITIZED:
+            return
+        self.assertLess(metrics["rmse_m"]["vog"], 0.8 * metrics["rmse_m"]["vog_no_lc"])
+        self.assertLess(metrics["rmse_m"]["vog"], 0.8 * metrics["rmse_m"]["standard"])
+        self.assertLess(metrics["point_error_m"]["estimate"],
+                        0.6 * metrics["point_error_m"]["odometry"])
+        self.assertGreater(metrics["coverage"]["surface"], 0.35)
+        self.assertGreater(metrics["coverage"]["volume"], 0.5)
+        self.assertGreater(metrics["loop_closures"]["full"] + metrics["loop_closures"]["partial"],
+                           10)
+
+    def test_all_files_are_there(self):
+        for name in ("metrics.json", "timing.json", "timeseries.json", "report.html", "lcm.log",
+                     "truth.tum", "odometry.tum", "estimate.tum", "scene.ply", "map/map.toml",
+                     "map/graph.g2o", "map/submaps/000000.ot", "reconstruction_truth.ply",
+                     "reconstruction_vog.ply", "reconstruction_vog_no_lc.ply",
+                     "reconstruction_standard.ply"):
+            self.assertTrue((self.run_folder / name).is_file(), name)
+        poses = (self.run_folder / "estimate.tum").read_text().splitlines()
+        self.assertEqual(len(poses), self.metrics(self.run_folder)["scans"])
+        self.assertEqual(len(poses[0].split()), 8)
+
+    def test_the_log_replayed_gives_the_map_byte_for_byte(self):
+        inputs, out = self.scratch / "in.log", self.scratch / "replayed"
+        self.run_vog("log", "cut", self.run_folder / "lcm.log", "--channels", INPUTS, "--out",
+                     inputs)
+        kept = self.run_vog("log", "info", inputs)
+        self.assertIsNone(re.search("^(SUBMAP|NAV|POSE|PLAN) ", kept, re.MULTILINE))
+        self.run_vog("replay", inputs, "--out", out)
+        self.assertEqual(contents(out / "map"), contents(self.run_folder / "map"))
+        self.assertEqual(self.metrics(out), self.metrics(self.run_folder))
+
+    def test_a_log_that_breaks_off_gives_a_map(self):
+        broken, out = self.scratch / "broken.log", self.scratch / "broken-map"
+        whole = (self.run_folder / "lcm.log").read_bytes()
+        broken.write_bytes(whole[:len(whole) // 2 + 17])
+        self.run_vog("map", "build", broken, "--out", out)
+        self.assertRegex(self.run_vog("map", "info", out), r"complete +true")
+
+
+class RepeatTest(VogTest):
+    def fly(self, name, *arguments, mission="propeller"):
+        out = self.scratch / name
+        self.run_vog("mission", config(mission), "--max-submaps", 3, "--out", out, *arguments)
+        return out
+
+    def test_equal_seeds_give_equal_bytes_and_others_do_not(self):
+        first, again = self.fly("first"), self.fly("again")
+        other = self.fly("other", "--seed", 2)
+        for name in ("lcm.log", "metrics.json", "timeseries.json"):
+            self.assertEqual((first / name).read_bytes(), (again / name).read_bytes(), name)
+            self.assertNotEqual((first / name).read_bytes(), (other / name).read_bytes(), name)
+        self.assertEqual(contents(first / "map"), contents(again / "map"))
+        self.assertNotEqual(contents(first / "map"), contents(other / "map"))
+
+    def test_a_second_mission_into_a_folder_leaves_nothing_of_the_first(self):
+        out = self.fly("twice", "--set", "mission.max_submaps=4")
+        self.fly("twice", "--seed", 3)
+        fresh = self.fly("fresh", "--seed", 3)
+        self.assertEqual(contents(out / "map"), contents(fresh / "map"))
+
+    def test_modes_and_missions(self):
+        for mission in ("tank", "propeller-paper", "tank-paper"):
+            for mode in ("vog", "vog-no-lc", "standard"):
+                if mission != "tank" and mode != "vog":
+                    continue
+                with self.subTest(f"{mission} {mode}"):
+                    metrics = self.metrics(self.fly(f"{mission}-{mode}", "--mode", mode,
+                                                    mission=mission))
+                    self.assertEqual(metrics["mode"], mode)
+                    self.assertEqual(metrics["submaps"], 3)
+                    if not mission.endswith("paper"):  # A fixed fan is blind above and below.
+                        self.assertEqual(metrics["collisions"], 0)
+
+    def test_instruments_and_intensity_frames(self):
+        out = self.fly("instruments", "--set", "simulation.navigation=sensors", "--set",
+                       "navigation.source=instruments", "--set", "sonar_model.emits=frames")
+        metrics = self.metrics(out)
+        self.assertEqual(metrics["submaps"], 3)
+        self.assertLess(metrics["point_error_m"]["odometry"], 0.5)
+        self.assertLess(metrics["rmse_m"]["vog"], 0.2)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,59 @@
+"""What the tests that span rooms share: running `vog`, missions in scratch folders, free ports."""
+
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+BIN = pathlib.Path(os.environ.get("VOG_BIN", ROOT / "build/bin"))
+# Sanitized programs are slow: they fly shorter missions, judged by the same rules.
+IS_SANITIZED = bool(os.environ.get("VOG_SANITIZE"))
+INPUTS = "RUN|VEHICLE_NAV|DVL|IMU|DEPTH|SONAR_RETURNS|SONAR_FRAME|TRUTH"
+TIMEOUT_S = 1500
+
+
+def vog(*arguments, **options):
+    """Runs vog; returns the finished process with its text."""
+    return subprocess.run([BIN / "vog", *map(str, arguments)], capture_output=True, text=True,
+                          timeout=TIMEOUT_S, **options)
+
+
+def config(name):
+    return ROOT / "config/mission" / f"{name}.toml"
+
+
+def contents(folder):
+    """All files below `folder`: name -> bytes."""
+    return {file.relative_to(folder).as_posix(): file.read_bytes()
+            for file in sorted(pathlib.Path(folder).rglob("*")) if file.is_file()}
+
+
+class VogTest(unittest.TestCase):
+    """Gives each test class a scratch folder."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.scratch = pathlib.Path(tempfile.mkdtemp(prefix="vog-test-"))
+        cls.addClassCleanup(shutil.rmtree, cls.scratch, ignore_errors=True)
+
+    def run_vog(self, *arguments):
+        done = vog(*arguments)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done.stdout
+
+    def refuse(self, status, *arguments, says=()):
+        """Expects one clear line on standard error and the exit status."""
+        done = vog(*arguments)
+        self.assertEqual(done.returncode, status, f"{arguments}: {done.stderr}")
+        self.assertEqual(len(done.stderr.strip().splitlines()), 1, done.stderr)
+        self.assertTrue(done.stderr.startswith("vog: "), done.stderr)
+        for text in says:
+            self.assertIn(str(text), done.stderr)
+        return done
+
+    def metrics(self, folder):
+        return json.loads((pathlib.Path(folder) / "metrics.json").read_text())

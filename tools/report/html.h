@@ -1,0 +1,38 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tools/report/gnuplot.h"
+
+namespace vog {
+
+/// `text` for an HTML element or a quoted attribute. Bytes that HTML cannot hold (controls, what is
+/// no UTF-8) become U+FFFD.
+std::string EscapeHtml(std::string_view text);
+
+/// RFC 4648, with padding.
+std::string ToBase64(std::string_view bytes);
+
+/// The picture inside the page, with its text for those who cannot see it. `caption_html` may be
+/// empty.
+std::string HtmlFigure(const Picture& picture, std::string_view alt, std::string_view caption_html);
+
+/// Some figures beside each other, as far as there is room.
+std::string HtmlRow(const std::vector<std::string>& figures);
+
+/// A headed part of the page.
+std::string HtmlSection(std::string_view id, std::string_view title, std::string_view body_html);
+
+/// A note in place of something that the run does not have.
+std::string HtmlMissing(std::string_view why);
+
+/// A table. The first row is its head, the first column names the rows; all cells are plain text.
+std::string HtmlTable(const std::vector<std::vector<std::string>>& rows,
+                      std::string_view css_class = "");
+
+/// The whole page: plain, light, without scripts or anything from elsewhere.
+std::string HtmlPage(std::string_view title, std::string_view body_html);
+
+}  // namespace vog

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <string>
+
+#include "tools/report/run_folder.h"
+
+namespace vog {
+
+/// The points (time, value) of a series of timeseries.json, none where it is missing.
+std::vector<std::pair<double, double>> SeriesPoints(const nlohmann::ordered_json& series,
+                                                    const std::string& key);
+
+// Parts of a run's page, as HTML. Each says so where the run has not got what it needs.
+
+/// Truth, odometry and estimate over the scene, from above and from the side.
+std::string PathsHtml(const RunFolder& run);
+
+/// Share of the surface and of the volume seen, over time.
+std::string CoverageHtml(const RunFolder& run);
+
+/// Distance of odometry and estimate from the truth, over time.
+std::string PositionErrorHtml(const RunFolder& run);
+
+/// Wall time of each planning step over the number of submaps, and of each node.
+std::string TimingHtml(const RunFolder& run);
+
+/// The nodes at their final poses and the edges between them, from above; why closures were
+/// rejected.
+std::string PoseGraphHtml(const RunFolder& run);
+
+/// The merged map: projected from above and from the side, and a horizontal slice.
+std::string OccupancyHtml(const RunFolder& run);
+
+/// Reads the folder's reconstructions and colours them by their distance from the true one.
+std::string ReconstructionHtml(const std::filesystem::path& folder, double voxel_size_m);
+
+}  // namespace vog

@@ -1,0 +1,87 @@
+#include "tools/report/report.h"
+
+#include "lib/base/errors.h"
+#include "lib/base/files.h"
+#include "tools/report/html.h"
+#include "tools/report/key_figures.h"
+#include "tools/report/pictures.h"
+
+namespace vog {
+namespace {
+
+/// A table a group; the two short last ones stand in one column.
+std::string KeyFiguresHtml(const RunFolder& run) {
+  std::vector<std::pair<std::string, std::vector<std::vector<std::string>>>> groups;
+  for (const KeyFigure& figure : KeyFigures()) {
+    if (groups.empty() || groups.back().first != figure.group)
+      groups.push_back({figure.group, {{figure.group, ""}}});
+    groups.back().second.push_back(
+        {figure.label, ShowValue(figure, ValueOf(figure, run.metrics, run.timing))});
+  }
+  std::vector<std::string> columns;
+  for (const auto& [name, rows] : groups) {
+    const std::string table = HtmlTable(rows);
+    if (name == groups.back().first) {
+      columns.back() = "<div>\n" + columns.back() + table + "</div>\n";
+    } else {
+      columns.push_back(table);
+    }
+  }
+  const std::string note =
+      run.metrics.is_null() ? HtmlMissing("The run has no truth to be judged by.") : "";
+  return note + HtmlRow(columns);
+}
+
+std::string LeadHtml(const RunFolder& run) {
+  std::string text;
+  const std::string planner = TextAt(run.metrics, "/planner");
+  const std::string end_reason = TextAt(run.metrics, "/end_reason");
+  if (!planner.empty()) text += "Planner " + planner + ". ";
+  if (!end_reason.empty()) text += "Ended: " + end_reason + ". ";
+  if (!run.program_version.empty()) text += "Vogmap " + run.program_version + ".";
+  return "<p class=\"lead\">" + EscapeHtml(text) + "</p>\n";
+}
+
+std::string ParametersHtml(const RunFolder& run) {
+  return "<details>\n<summary>What the run was started with; everything else had its default."
+         "</summary>\n<pre>" +
+         EscapeHtml(run.config_toml) + "</pre>\n</details>\n";
+}
+
+std::string ReproduceHtml(const RunFolder& run) {
+  const std::string simulated =
+      "<p>With the parameters above in a file <code>mission.toml</code>:</p>\n<pre>" +
+      EscapeHtml("vog mission mission.toml --mode " + run.mode + " --seed " +
+                 std::to_string(run.seed) + " --out again") +
+      "</pre>\n";
+  const std::string replayed =
+      "<p>Or from the folder's own log, which gives the same map:</p>\n<pre>vog replay lcm.log "
+      "--out again</pre>\n";
+  return (run.metrics.is_null() ? "" : simulated) + replayed;
+}
+
+}  // namespace
+
+void WriteReport(const std::filesystem::path& folder) {
+  WriteReport(folder, folder / "report.html");
+}
+
+void WriteReport(const std::filesystem::path& folder, const std::filesystem::path& out) {
+  const RunFolder run = ReadRunFolder(folder);
+  const std::string title = run.Title();
+  const std::string body =
+      "<h1>" + EscapeHtml(title) + "</h1>\n" + LeadHtml(run) +
+      HtmlSection("figures", "Key figures", KeyFiguresHtml(run)) +
+      HtmlSection("reconstruction", "Reconstruction",
+                  ReconstructionHtml(folder, run.map.voxel_size_m)) +
+      HtmlSection("paths", "Paths", PathsHtml(run)) +
+      HtmlSection("progress", "Progress", HtmlRow({CoverageHtml(run), PositionErrorHtml(run)})) +
+      HtmlSection("occupancy", "Occupancy", OccupancyHtml(run)) +
+      HtmlSection("graph", "Pose graph", PoseGraphHtml(run)) +
+      HtmlSection("timing", "Planning time", TimingHtml(run)) +
+      HtmlSection("parameters", "Parameters", ParametersHtml(run)) +
+      HtmlSection("reproduce", "The same again", ReproduceHtml(run));
+  WriteFileAtomically(out, HtmlPage(title, body));
+}
+
+}  // namespace vog

@@ -1,0 +1,168 @@
+#include "tools/report/run_folder.h"
+
+#include <algorithm>
+
+#include "lib/base/errors.h"
+#include "lib/base/files.h"
+#include "lib/bus/lcm_log.h"
+#include "lib/messages/convert.h"
+#include "lib/messages/endpoint.h"
+#include "lib/planner/planner_options.h"
+#include "sim/scene/mesh_file.h"
+
+namespace vog {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+[[noreturn]] void NotARun(const fs::path& folder, const std::string& fault) {
+  throw UsageError(folder.string() + ": not a finished run: " + fault);
+}
+
+Json ReadJson(const fs::path& file) {
+  Json json = Json::parse(ReadFile(file), nullptr, /*allow_exceptions=*/false);
+  if (!json.is_object()) throw UsageError(file.string() + ": damaged: not a JSON object");
+  return json;
+}
+
+Json ReadJsonIfThere(const fs::path& file) {
+  return fs::is_regular_file(file) ? ReadJson(file) : Json();
+}
+
+Trajectory ReadTumIfThere(const fs::path& file) {
+  return fs::is_regular_file(file) ? ReadTum(file) : Trajectory();
+}
+
+/// What the report takes from a log.
+class LogScanner {
+ public:
+  explicit LogScanner(RunFolder& run) : run_(run) {}
+
+  void Add(const LogEvent& event) {
+    if (event.channel == inputs::kRun.name) {
+      With<run_t>(event, [&](const run_t& run) { OnRun(run); });
+    } else if (event.channel == outputs::kGraph.name) {
+      With<graph_t>(event, [&](const graph_t& graph) { OnGraph(graph); });
+    } else if (event.channel == outputs::kNav.name) {
+      With<nav_t>(event, [&](const nav_t& message) {
+        if (const auto sample = FromMessage(message))
+          run_.odometry.push_back({sample->time, sample->X_OB});
+      });
+    } else if (event.channel == outputs::kPose.name) {
+      With<pose_estimate_t>(event, [&](const pose_estimate_t& message) {
+        if (const auto X_WB = FromMessage(message.X_WB))
+          run_.estimate.push_back({TimeOf(message.header), *X_WB});
+      });
+    }
+    has_truth_ |= event.channel == inputs::kTruth.name;
+  }
+
+  bool has_run() const { return has_run_; }
+  bool has_truth() const { return has_truth_; }
+
+ private:
+  template <class Message, class Handle>
+  static void With(const LogEvent& event, Handle handle) {
+    Message message{};
+    if (Decode(event.bytes, message)) handle(message);
+  }
+
+  void OnRun(const run_t& run) {
+    run_.program_version = run.program_version;
+    run_.mode = run.mode;
+    run_.seed = run.seed;
+    run_.config_toml = run.config_toml;
+    has_run_ = true;
+  }
+
+  /// Each GRAPH is whole; the last one counts.
+  void OnGraph(const graph_t& graph) {
+    run_.edges.clear();
+    for (const graph_edge_t& edge : graph.edge) {
+      if (edge.kind < GraphEdge::kOdometry || edge.kind > GraphEdge::kRejected) continue;
+      run_.edges.push_back(
+          {edge.from_id, edge.to_id, static_cast<GraphEdge::Kind>(edge.kind), edge.reason});
+    }
+  }
+
+  RunFolder& run_;
+  bool has_run_ = false, has_truth_ = false;
+};
+
+void ReadLog(const fs::path& folder, RunFolder& run) {
+  if (!fs::is_regular_file(folder / "lcm.log")) NotARun(folder, "no lcm.log");
+  LogScanner scanner(run);
+  LcmLogReader reader((folder / "lcm.log").string());
+  while (const auto event = reader.Next()) scanner.Add(*event);
+  if (!scanner.has_run()) NotARun(folder, "lcm.log has no RUN message");
+  if (scanner.has_truth() && run.metrics.is_null()) NotARun(folder, "no metrics.json");
+  const Config config = Config::Parse(run.config_toml, (folder / "lcm.log").string() + " (RUN)");
+  run.exploration_box_W = config.Read<ExplorationOptions>("exploration").box_W();
+}
+
+/// The judged trajectories, where there are any, replace what was said online.
+void ReadTrajectories(const fs::path& folder, RunFolder& run) {
+  run.truth = ReadTumIfThere(folder / "truth.tum");
+  Trajectory odometry = ReadTumIfThere(folder / "odometry.tum");
+  Trajectory estimate = ReadTumIfThere(folder / "estimate.tum");
+  if (!odometry.empty()) run.odometry = std::move(odometry);
+  if (!estimate.empty()) run.estimate = std::move(estimate);
+}
+
+void CheckFolder(const fs::path& folder) {
+  if (!fs::is_directory(folder)) throw UsageError(folder.string() + ": no such folder");
+}
+
+}  // namespace
+
+int RunFolder::CountEdges(GraphEdge::Kind kind) const {
+  return static_cast<int>(std::count_if(edges.begin(), edges.end(),
+                                        [&](const GraphEdge& edge) { return edge.kind == kind; }));
+}
+
+std::string RunFolder::Title() const {
+  const std::string scene = TextAt(metrics, "/scene");
+  return (scene.empty() ? "run" : scene) + " · mode " + mode + " · seed " + std::to_string(seed) +
+         " · " + std::to_string(map.submaps.size()) + " submaps";
+}
+
+RunFolder ReadRunFolder(const fs::path& folder) {
+  CheckFolder(folder);
+  if (!fs::is_regular_file(folder / "timing.json")) NotARun(folder, "no timing.json");
+  if (!IsMapFolder(folder / "map")) NotARun(folder, "no map");
+  RunFolder run;
+  run.timing = ReadJson(folder / "timing.json");
+  run.metrics = ReadJsonIfThere(folder / "metrics.json");
+  run.series = ReadJsonIfThere(folder / "timeseries.json");
+  ReadLog(folder, run);
+  ReadTrajectories(folder, run);
+  run.map = LoadMapFolder(folder / "map").map;
+  if (fs::is_regular_file(folder / "scene.ply")) run.scene_W = LoadMesh(folder / "scene.ply", 1);
+  return run;
+}
+
+RunNumbers ReadRunNumbers(const fs::path& folder) {
+  CheckFolder(folder);
+  if (!fs::is_regular_file(folder / "metrics.json")) NotARun(folder, "no metrics.json");
+  RunNumbers run;
+  run.name = folder.lexically_normal().generic_string();
+  run.metrics = ReadJson(folder / "metrics.json");
+  run.timing = ReadJsonIfThere(folder / "timing.json");
+  run.series = ReadJsonIfThere(folder / "timeseries.json");
+  return run;
+}
+
+std::optional<double> NumberAt(const Json& json, const std::string& pointer) {
+  const Json::json_pointer at(pointer);
+  if (!json.is_object() || !json.contains(at) || !json.at(at).is_number()) return std::nullopt;
+  return json.at(at).get<double>();
+}
+
+std::string TextAt(const Json& json, const std::string& pointer) {
+  const Json::json_pointer at(pointer);
+  if (!json.is_object() || !json.contains(at) || !json.at(at).is_string()) return "";
+  return json.at(at).get<std::string>();
+}
+
+}  // namespace vog

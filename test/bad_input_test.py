@@ -29,6 +29,7 @@ class BadInputTest(VogTest):
                 ("mission.seed=abc", ["mission.seed", "integer"]),
                 ("sonar.max_range_m=0", ["sonar.max_range_m"]),
                 ("sonar=3", ["sonar"]),
+                ("scene.propelle.hub_radius_m=1", ["scene.propelle", "scene.propeller"]),
                 ("nonsense", ["nonsense"])):
             with self.subTest(setting):
                 self.refuse_mission(PROPELLER, "--set", setting, says=says)

@@ -8,6 +8,20 @@ from vog_testing import INPUTS, IS_SANITIZED, VogTest, config, contents
 SUBMAPS = 4 if IS_SANITIZED else 24
 
 
+def write_box(file, half_m):
+    """A closed box around the origin, as ASCII STL."""
+    corners = [(x, y, z) for x in (-half_m, half_m) for y in (-half_m, half_m)
+               for z in (-half_m, half_m)]
+    quads = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+    lines = ["solid box"]
+    for a, b, c, d in quads:
+        for triangle in ((a, b, c), (a, c, d)):
+            lines += ["facet normal 0 0 0", "outer loop"]
+            lines += ["vertex {} {} {}".format(*corners[i]) for i in triangle]
+            lines += ["endloop", "endfacet"]
+    file.write_text("\n".join(lines + ["endsolid box"]) + "\n")
+
+
 class MissionTest(VogTest):
     @classmethod
     def setUpClass(cls):
@@ -96,6 +110,24 @@ class RepeatTest(VogTest):
                     self.assertEqual(metrics["submaps"], 3)
                     if not mission.endswith("paper"):  # A fixed fan is blind above and below.
                         self.assertEqual(metrics["collisions"], 0)
+
+    def test_a_structure_of_ones_own(self):
+        folder = self.scratch / "own"
+        folder.mkdir()
+        write_box(folder / "box.stl", 1.0)
+        free = self.fly("free", "--scene", folder / "box.stl")
+        self.assertEqual(self.metrics(free)["scene"], "box")
+        self.assertEqual(self.metrics(free)["collisions"], 0)
+        self.assertGreater(self.metrics(free)["coverage"]["surface"], 0.05)
+        # A mesh beside the mission file is found from anywhere, also by the log's replay.
+        mission = folder / "mission.toml"
+        mission.write_text(f'include = ["{config("tank")}"]\n[scene]\nkind = "mesh"\n'
+                           'mesh = "box.stl"\n[simulation]\nstart_position_m = [-2.5, 0.0, 0.0]\n')
+        flown, replayed = self.scratch / "flown", self.scratch / "replayed"
+        self.run_vog("mission", mission, "--max-submaps", 1, "--out", flown)
+        self.run_vog("replay", flown / "lcm.log", "--out", replayed)
+        self.assertEqual(contents(flown / "map"), contents(replayed / "map"))
+        self.assertEqual(self.metrics(flown), self.metrics(replayed))
 
     def test_instruments_and_intensity_frames(self):
         out = self.fly("instruments", "--set", "simulation.navigation=sensors", "--set",

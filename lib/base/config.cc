@@ -8,6 +8,8 @@
 #include <set>
 #include <sstream>
 
+#include "lib/base/files.h"
+
 namespace vog {
 namespace {
 
@@ -184,11 +186,11 @@ class Describer final : public OptionsVisitor {
     descriptions.push_back({key, std::to_string(field), Describe(range, true), help});
   }
   void Number(const char* key, double& field, Range range, const char* help) override {
-    descriptions.push_back({key, Format(field), Describe(range, false), help});
+    descriptions.push_back({key, ToText(field), Describe(range, false), help});
   }
   void Numbers(const char* key, std::span<double> field, Range range, const char* help) override {
     std::string value;
-    for (const double number : field) value += (value.empty() ? "[" : ", ") + Format(number);
+    for (const double number : field) value += (value.empty() ? "[" : ", ") + ToText(number);
     descriptions.push_back({key, value + "]", "each " + Describe(range, false), help});
   }
   void Text(const char* key, std::string& field, const std::vector<std::string>& allowed,
@@ -276,12 +278,19 @@ Config::Reader Config::MakeReader(const std::string& name) const {
 void Config::Reader::finish() const { static_cast<const Filler&>(*visitor).RejectUnknownKeys(); }
 
 void Config::RejectUnknownTables(std::span<const std::string_view> known) const {
-  for (const auto& [key, node] : tables_->root) {
-    if (std::find(known.begin(), known.end(), key.str()) != known.end()) continue;
-    std::string message =
-        Where(node.source()) + "unknown table [" + std::string(key.str()) + "]; known tables:";
-    for (const std::string_view name : known) message += " " + std::string(name);
+  const auto check = [&](const std::string& name, const toml::node& node) {
+    if (std::find(known.begin(), known.end(), name) != known.end()) return;
+    std::string message = Where(node.source()) + "unknown table [" + name + "]; known tables:";
+    for (const std::string_view table : known) message += " " + std::string(table);
     throw UsageError(message);
+  };
+  for (const auto& [key, node] : tables_->root) {
+    const std::string name(key.str());
+    check(name, node);
+    if (!node.is_table()) continue;
+    for (const auto& [inner, value] : *node.as_table()) {
+      if (value.is_table()) check(name + "." + std::string(inner.str()), value);
+    }
   }
 }
 

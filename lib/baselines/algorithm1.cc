@@ -1,16 +1,19 @@
 #include "lib/baselines/algorithm1.h"
 
 #include <algorithm>
+#include <numbers>
 
 namespace vog {
 namespace {
 
-/// Whether the segment from `origin` along `direction` meets the box (slab test).
+/// Whether the segment from `origin` along `direction` comes as near as `margin_m` to the box along
+/// each axis (slab test).
 bool Meets(const Eigen::AlignedBox3d& box, const Vec3& origin, const Vec3& direction,
-           double length_m) {
+           double length_m, double margin_m) {
   double enter_m = 0, leave_m = length_m;
   for (int axis = 0; axis < 3; ++axis) {
-    const double lo = box.min()[axis] - origin[axis], hi = box.max()[axis] - origin[axis];
+    const double lo = box.min()[axis] - margin_m - origin[axis];
+    const double hi = box.max()[axis] + margin_m - origin[axis];
     if (direction[axis] == 0) {
       if (lo > 0 || hi < 0) return false;
       continue;
@@ -51,10 +54,11 @@ void Algorithm1Map::Place(const SubmapPtr& submap, const Pose3& X_WM) {
 }
 
 std::vector<const Algorithm1Map::Placed*> Algorithm1Map::IntersectingSubmaps(
-    const Vec3& origin_W, const Vec3& direction_W, double length_m) const {
+    const Vec3& origin_W, const Vec3& direction_W, double length_m, double margin_m) const {
   std::vector<const Placed*> submaps;
   for (const auto& [id, placed] : placed_) {
-    if (Meets(placed.box_M, placed.X_MW * origin_W, placed.X_MW.linear() * direction_W, length_m))
+    if (Meets(placed.box_M, placed.X_MW * origin_W, placed.X_MW.linear() * direction_W, length_m,
+              margin_m))
       submaps.push_back(&placed);
   }
   return submaps;
@@ -76,7 +80,7 @@ float Algorithm1Map::LogOddsAt(const std::vector<const Placed*>& submaps, const 
 
 std::vector<double> Algorithm1Map::OccupancyAlong(const Vec3& origin_W, const Vec3& direction_W,
                                                   double step_m, int steps) const {
-  const auto submaps = IntersectingSubmaps(origin_W, direction_W, steps * step_m);
+  const auto submaps = IntersectingSubmaps(origin_W, direction_W, steps * step_m, 0);
   std::vector<double> occupancy;
   for (int k = 1; k <= steps; ++k) {
     const float log_odds = LogOddsAt(submaps, origin_W + k * step_m * direction_W);
@@ -110,7 +114,9 @@ void Algorithm1Map::LogOddsIn(const VoxelBox& box, std::vector<float>& log_odds)
 
 void Algorithm1Map::CastRay(const Vec3& origin_W, const Vec3& direction_W, double range_m,
                             std::vector<RayVoxel>& ray) const {
-  const auto submaps = IntersectingSubmaps(origin_W, direction_W, range_m);
+  // The answers are at the voxels' centres, which lie beside the ray.
+  const double half_diagonal_m = std::numbers::sqrt3 / 2 * grid().voxel_size_m();
+  const auto submaps = IntersectingSubmaps(origin_W, direction_W, range_m, half_diagonal_m);
   WalkRay(origin_W, direction_W, range_m, ray,
           [&](const VoxelKey& voxel) { return LogOddsAt(submaps, grid().CenterOf(voxel)); });
 }

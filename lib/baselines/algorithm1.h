@@ -41,7 +41,7 @@ class Algorithm1Map final : public OccupancyMap {
 
   std::vector<const Placed*> AllSubmaps() const;
   std::vector<const Placed*> IntersectingSubmaps(const Vec3& origin_W, const Vec3& direction_W,
-                                                 double length_m) const;
+                                                 double length_m, double margin_m) const;
   float LogOddsAt(const std::vector<const Placed*>& submaps, const Vec3& p_W) const;
 
   float min_, max_;  // Log-odds.

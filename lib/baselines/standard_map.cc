@@ -53,6 +53,8 @@ void StandardMap::Insert(const Scan& scan, const Pose3& X_WB) {
 }
 
 float StandardMap::LogOddsOfVoxel(const VoxelKey& voxel) const {
+  const auto is_inside = [](std::int32_t i) { return i >= -kKeyOrigin && i < kKeyOrigin; };
+  if (!is_inside(voxel.x) || !is_inside(voxel.y) || !is_inside(voxel.z)) return kUnknownLogOdds;
   const auto index = [](std::int32_t i) { return static_cast<octomap::key_type>(i + kKeyOrigin); };
   return vog::LogOddsOf(
       tree_.search(octomap::OcTreeKey(index(voxel.x), index(voxel.y), index(voxel.z))));

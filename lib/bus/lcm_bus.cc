@@ -8,6 +8,7 @@
 namespace vog {
 namespace {
 
+constexpr Duration kMaxLeap = std::chrono::seconds(60);
 constexpr Duration kMaxWait = std::chrono::milliseconds(50);
 // One part of at most 32 KB each: 16 MB/s, which leaves a receiver's default socket buffer half
 // empty.
@@ -72,7 +73,11 @@ Time LcmBus::SystemTime() const {
 
 Time LcmBus::VehicleTime(Bytes bytes) {
   if (options_.clock == ClockSource::kSystem) return SystemTime();
-  newest_message_ = std::max(newest_message_, FromUtime(UtimeIn(bytes)));
+  const Time told = FromUtime(std::max<std::int64_t>(0, UtimeIn(bytes)));
+  // Bytes that make no sense must not push the time away: a leap counts when it is told twice.
+  const bool is_near = told - newest_message_ < kMaxLeap || told - leap_ < kMaxLeap;
+  leap_ = told;
+  if (is_near) newest_message_ = std::max(newest_message_, told);
   return newest_message_;
 }
 

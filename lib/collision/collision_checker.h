@@ -36,7 +36,7 @@ class CollisionChecker {
   CollisionChecker Scaled(double share) const;
 
   void SetBubble(const FreeBubble& bubble) { bubble_ = bubble; }
-  /// /// Which voxels inside the box at the vehicle's present place are taken for free.
+  /// Which voxels inside the box at the vehicle's present place are taken for free.
   enum class Presence { kCoversUnknown, kCoversOccupied };
   /// Tells that the vehicle is at `at`: voxels inside its box there, grown by `margin_m`, are free.
   void SetPresence(const Waypoint& at, double margin_m,

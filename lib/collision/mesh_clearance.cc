@@ -13,6 +13,7 @@ namespace vog {
 struct MeshClearance::Models {
   fcl::BVHModel<fcl::OBBRSSd> mesh;
   fcl::BVHModel<fcl::OBBRSSd> hull;  // As triangles: FCL measures mesh against mesh exactly.
+  fcl::Boxd solid_hull;              // To touch also what lies wholly inside.
 };
 
 namespace {
@@ -39,6 +40,7 @@ TriangleMesh BoxMesh(const Vec3& size_m) {
 
 MeshClearance::MeshClearance(const TriangleMesh& mesh_W, const Vec3& hull_size_m)
     : models_(std::make_unique<Models>()) {
+  models_->solid_hull = fcl::Boxd(hull_size_m);
   Fill(models_->mesh, mesh_W);
   Fill(models_->hull, BoxMesh(hull_size_m));
 }
@@ -47,7 +49,7 @@ MeshClearance::~MeshClearance() = default;
 
 bool MeshClearance::Collides(const Pose3& X_WB) const {
   fcl::CollisionResultd result;
-  return fcl::collide<double>(&models_->mesh, Pose3::Identity(), &models_->hull, X_WB,
+  return fcl::collide<double>(&models_->mesh, Pose3::Identity(), &models_->solid_hull, X_WB,
                               fcl::CollisionRequestd(), result) > 0;
 }
 

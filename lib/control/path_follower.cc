@@ -41,11 +41,13 @@ VelocityCommand PathFollower::Step(const Pose3& X_WB, double dt_s) {
     return (at.position_W_m - X_WB.translation()).norm() < options_.max_lag_m &&
            std::abs(WrapAngle(at.yaw_rad - YawOf(X_WB))) < options_.max_lag_rad;
   };
-  if (is_close(At(target_))) target_ = Advanced(target_, dt_s);
+  const bool moves = is_close(At(target_));
+  if (moves) target_ = Advanced(target_, dt_s);
 
-  // The target's own velocity leads, so that the vehicle does not trail behind by speed / gain.
+  // The target's own velocity leads, so that the vehicle does not trail behind by speed / gain. A
+  // target that waits has none: the vehicle would come to rest ahead of it, both for ever.
   const Waypoint target = At(target_);
-  const Waypoint ahead = At(Advanced(target_, dt_s));
+  const Waypoint ahead = moves ? At(Advanced(target_, dt_s)) : target;
   const double per_s = dt_s > 0 ? 1 / dt_s : 0;
   Vec3 velocity_W = per_s * (ahead.position_W_m - target.position_W_m) +
                     options_.position_gain_1_s * (target.position_W_m - X_WB.translation());

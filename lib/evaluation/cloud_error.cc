@@ -12,7 +12,7 @@ namespace vog {
 namespace {
 
 constexpr int kMaxIterations = 50;
-constexpr double kConverged_m = 1e-5;
+constexpr double kConverged = 1e-5;  // Metres and radians.
 constexpr std::size_t kMaxIcpPoints = 20000;
 
 std::vector<Vec3> EvenShare(const std::vector<Vec3>& points, std::size_t count) {
@@ -61,9 +61,9 @@ CloudError MeasureCloud(const std::vector<Vec3>& cloud, const std::vector<Vec3>&
       partners[p] = truth[tree.NearestTo(error.X_truth_cloud * share[p]).index];
     });
     const Pose3 X_next = AlignPoints(share, partners);
-    const double moved_m = (X_next.translation() - error.X_truth_cloud.translation()).norm();
+    const double moved = Log(Ominus(error.X_truth_cloud, X_next)).norm();
     error.X_truth_cloud = X_next;
-    if (moved_m < kConverged_m) break;
+    if (moved < kConverged) break;
   }
   error.distance_m.resize(cloud.size());
   ParallelPoints(cloud.size(), [&](std::size_t p) {

@@ -28,9 +28,9 @@ struct Layout {
   std::size_t records = 0;
   bool is_ascii = true;
 
-  int RecordBytes() const {
-    int bytes = 0;
-    for (const Field& field : fields) bytes += field.bytes * field.count;
+  std::size_t RecordBytes() const {
+    std::size_t bytes = 0;
+    for (const Field& field : fields) bytes += std::size_t(field.bytes) * field.count;
     return bytes;
   }
 };
@@ -46,19 +46,35 @@ double Load(const char* at) {
   return static_cast<double>(value);
 }
 
+/// @pre IsPossible(field).
 double LoadField(const Field& field, const char* at) {
   if (field.kind == 'F') return field.bytes == 8 ? Load<double>(at) : Load<float>(at);
-  if (field.kind == 'I')
-    return field.bytes == 1 ? Load<std::int8_t>(at)
-                            : (field.bytes == 2 ? Load<std::int16_t>(at) : Load<std::int32_t>(at));
-  return field.bytes == 1 ? Load<std::uint8_t>(at)
-                          : (field.bytes == 2 ? Load<std::uint16_t>(at) : Load<std::uint32_t>(at));
+  const bool is_signed = field.kind == 'I';
+  switch (field.bytes) {
+    case 1:
+      return is_signed ? Load<std::int8_t>(at) : Load<std::uint8_t>(at);
+    case 2:
+      return is_signed ? Load<std::int16_t>(at) : Load<std::uint16_t>(at);
+    case 4:
+      return is_signed ? Load<std::int32_t>(at) : Load<std::uint32_t>(at);
+    default:
+      return is_signed ? Load<std::int64_t>(at) : Load<std::uint64_t>(at);
+  }
+}
+
+bool IsPossible(const Field& field) {
+  const bool is_large = field.bytes == 4 || field.bytes == 8;
+  const bool is_small = field.bytes == 1 || field.bytes == 2;
+  const bool is_integer = field.kind == 'I' || field.kind == 'U';
+  return ((is_integer && (is_large || is_small)) || (field.kind == 'F' && is_large)) &&
+         field.count >= 1 && field.count <= 1'000'000;
 }
 
 /// Takes x, y, z out of records, whatever else they hold.
 class PointCollector {
  public:
-  PointCollector(const Layout& layout, const std::filesystem::path& path) : layout_(layout) {
+  PointCollector(const Layout& layout, const std::filesystem::path& path)
+      : layout_(layout), path_(path) {
     for (const char* name : {"x", "y", "z"}) {
       bool found = false;
       for (const Field& field : layout.fields) found |= field.name == name;
@@ -66,12 +82,15 @@ class PointCollector {
     }
   }
 
+  /// Adds nothing where `values` end before the record does.
   void AddText(std::istream& values) {
     for (const Field& field : layout_.fields)
       for (int i = 0; i < field.count; ++i) {
         std::string text;
-        values >> text;
-        Set(field, std::strtod(text.c_str(), nullptr));
+        if (!(values >> text)) return;
+        char* end = nullptr;
+        Set(field, std::strtod(text.c_str(), &end));
+        if (*end != '\0') Fail(path_, "\"" + text + "\" is not a number");
       }
     Commit();
   }
@@ -96,6 +115,7 @@ class PointCollector {
   }
 
   const Layout& layout_;
+  const std::filesystem::path& path_;
   Vec3 point_ = Vec3::Zero();
 };
 
@@ -110,7 +130,7 @@ std::vector<Vec3> ReadRecords(const Layout& layout, std::string_view body,
         Fail(path, "is cut short: " + std::to_string(layout.records) + " points promised");
     }
   } else {
-    const auto record_bytes = static_cast<std::size_t>(layout.RecordBytes());
+    const std::size_t record_bytes = layout.RecordBytes();
     if (record_bytes == 0 || body.size() / record_bytes < layout.records)
       Fail(path, "is cut short: " + std::to_string(layout.records) + " points promised");
     for (std::size_t i = 0; i < layout.records; ++i)
@@ -163,10 +183,8 @@ CloudFile ReadPcd(const std::filesystem::path& path, const std::string& bytes) {
                                   " is not read; use ascii or "
                                   "binary");
   for (const Field& field : layout.fields) {
-    const bool is_known =
-        field.bytes == 1 || field.bytes == 2 || field.bytes == 4 || field.bytes == 8;
-    if (!is_known || field.count < 1 || field.count > 1'000'000)
-      Fail(path, "field " + field.name + " has an impossible SIZE or COUNT");
+    if (!IsPossible(field))
+      Fail(path, "field " + field.name + " has an impossible TYPE, SIZE or COUNT");
   }
   layout.is_ascii = data == "ascii";
   cloud.points_V = ReadRecords(layout, std::string_view(bytes).substr(at), path);

@@ -46,7 +46,8 @@ Trajectory ReadTum(const std::filesystem::path& path) {
     Vec3 p;
     Eigen::Quaterniond q;
     values >> time_s >> p.x() >> p.y() >> p.z() >> q.x() >> q.y() >> q.z() >> q.w();
-    if (!values || !(std::abs(q.norm() - 1) < 1e-3))
+    constexpr double kMaxTime_s = 9e12;  // What 64 bits of microseconds hold.
+    if (!values || !(std::abs(q.norm() - 1) < 1e-3) || std::abs(time_s) > kMaxTime_s)
       throw UsageError(path.string() + ":" + std::to_string(number) +
                        ": not a line `t x y z qx qy qz qw`");
     trajectory.push_back({Time(FromSeconds(time_s)), MakePose(p, q)});

@@ -71,6 +71,10 @@ std::int64_t SubmapReceiver::DigestOf(int submaps) const {
 }
 
 void SubmapReceiver::OnMapStatus(const map_status_t& status) {
+  if (status.submaps < 0) {
+    endpoint_.NoteMalformed();
+    return;
+  }
   announced_ = status.submaps;
   if (Contradicts(status)) {
     checksums_.clear();

@@ -27,7 +27,7 @@ enum class ExplorerState { kExploring, kRevisiting, kFinished };
 ///
 /// Beyond the paper: a tree that cannot reach N_max nodes is used as it is; the path is tested
 /// again while it is flown; a hull that finds itself inside its own clearance after the map has
-/// moved first tries to leave with the bare hull, then backs out along the way it came.
+/// moved backs out along the way it came, or else leaves with the bare hull.
 class Explorer {
  public:
   Explorer(const PlannerOptions& options, const ExplorationOptions& exploration,

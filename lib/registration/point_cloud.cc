@@ -8,6 +8,8 @@ namespace {
 constexpr std::size_t kMinPlanePoints = 5;
 // The largest spread of a plane's points across it, as a share of the smaller one along it.
 constexpr double kMaxThickness = 0.5;
+// The smaller spread along it, as a share of the larger one: less is a line.
+constexpr double kMinWidth = 1e-6;
 
 Vec3 NormalOf(const std::vector<Vec3>& points, const std::vector<std::size_t>& neighbours) {
   if (neighbours.size() < kMinPlanePoints) return Vec3::Zero();
@@ -18,7 +20,9 @@ Vec3 NormalOf(const std::vector<Vec3>& points, const std::vector<std::size_t>& n
   for (const std::size_t index : neighbours)
     scatter += (points[index] - mean) * (points[index] - mean).transpose();
   const Eigen::SelfAdjointEigenSolver<Mat3> solver(scatter);
-  if (solver.eigenvalues()[0] > kMaxThickness * solver.eigenvalues()[1]) return Vec3::Zero();
+  const Vec3 spread = solver.eigenvalues();
+  if (spread[0] > kMaxThickness * spread[1] || spread[1] <= kMinWidth * spread[2])
+    return Vec3::Zero();
   return solver.eigenvectors().col(0);
 }
 

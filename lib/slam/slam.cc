@@ -8,6 +8,8 @@ namespace {
 
 /// Used where the graph cannot tell its own uncertainty: no closure is refused for its place.
 const Mat6 kNoPrediction = 1e6 * Mat6::Identity();
+/// Added to each edge's covariance: without any drift it would have no inverse.
+const Mat6 kLeastCovariance = 1e-12 * Mat6::Identity();
 
 }  // namespace
 
@@ -49,7 +51,7 @@ void Slam::AddNode(const Submap& submap) {
                    settings_.slam.prior_sigma_z_m, settings_.slam.prior_sigma_angle_rad});
   if (!is_first)
     graph_.AddConstraint({submap.id() - 1, submap.id(), ConstraintKind::kOdometry, edge.X_PM,
-                          WhiteningOf(edge.covariance)});
+                          WhiteningOf(edge.covariance + kLeastCovariance)});
 }
 
 void Slam::CloseLoops(const SubmapShape& source) {

@@ -8,7 +8,7 @@ namespace {
 
 // Bricks added around the table when it grows, so that it seldom does.
 constexpr std::int32_t kMargin = 4;
-constexpr std::uint64_t kMaxTable = 1u << 26;
+constexpr double kMaxTable = 1u << 26;
 
 }  // namespace
 
@@ -29,9 +29,9 @@ void BrickGrid::GrowTo(const VoxelKey& brick) {
       static_cast<std::uint32_t>(upper(brick.x, end(0, origin_.x)) - origin.x),
       static_cast<std::uint32_t>(upper(brick.y, end(1, origin_.y)) - origin.y),
       static_cast<std::uint32_t>(upper(brick.z, end(2, origin_.z)) - origin.z)};
-  const std::uint64_t count = std::uint64_t{size[0]} * size[1] * size[2];
-  if (count > kMaxTable) throw std::length_error("a submap is too large");
-  std::vector<std::uint16_t> table(count, kNoBrick);
+  if (double{1} * size[0] * size[1] * size[2] > kMaxTable)  // In 64 bits it may overflow.
+    throw std::length_error("a submap is too large");
+  std::vector<std::uint16_t> table(std::size_t{size[0]} * size[1] * size[2], kNoBrick);
   const std::uint32_t dx = origin_.x - origin.x, dy = origin_.y - origin.y,
                       dz = origin_.z - origin.z;
   for (std::uint32_t z = 0; z < size_[2]; ++z)

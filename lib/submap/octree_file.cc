@@ -5,6 +5,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "lib/base/files.h"
+
 namespace vog {
 namespace {
 
@@ -152,10 +154,13 @@ std::optional<Header> ReadHeader(std::string_view bytes) {
   Header header;
   header.end = data + kData.size();
   std::istringstream lines{std::string(bytes.substr(0, data))};
-  for (std::string key; lines >> key;) {
-    if (key == "id") lines >> header.id;
-    if (key == "size") lines >> header.size;
-    if (key == "res") lines >> header.resolution_m;
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    std::string key;
+    words >> key;
+    if (key == "id") words >> header.id;
+    if (key == "size") words >> header.size;
+    if (key == "res") words >> header.resolution_m;
   }
   return header;
 }
@@ -169,7 +174,7 @@ std::string ToOctreeBytes(const BrickGrid& grid) {
   header << kMagic
          << "\n# (feel free to add / change comments, but leave the first line as it is!)\n#\n"
             "id OcTree\nsize "
-         << count << "\nres " << grid.grid().voxel_size_m() << kData;
+         << count << "\nres " << ToText(grid.grid().voxel_size_m()) << kData;
   return std::move(header).str() + nodes;
 }
 

@@ -25,7 +25,7 @@ inline double LogOddsOfProbability(double p) { return std::log(p / (1 - p)); }
 inline double ProbabilityOfLogOdds(double log_odds) { return 1 - 1 / (1 + std::exp(log_odds)); }
 
 /// The beam's inverse sensor model and the clamping of eq. 4. Defaults: OctoMap's. Log-odds are
-/// rounded to 1/32: 0.7 becomes 0.6992, 0.4 becomes 0.3998.
+/// rounded to 1/32: 0.7 becomes 0.6993, 0.4 becomes 0.3998.
 struct SensorModelOptions {
   double hit_probability = 0.7;
   double miss_probability = 0.4;

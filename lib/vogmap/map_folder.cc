@@ -3,10 +3,12 @@
 #include <toml++/toml.h>
 
 #include <array>
+#include <cmath>
 #include <optional>
 #include <sstream>
 #include <variant>
 
+#include "lib/base/config.h"
 #include "lib/base/errors.h"
 #include "lib/base/files.h"
 #include "lib/submap/octree_file.h"
@@ -57,7 +59,7 @@ std::string ToMapToml(const StoredMap& map, const std::map<SubmapId, std::uint32
                       std::uint32_t graph_checksum) {
   const SensorModelOptions& model = map.sensor_model;
   std::ostringstream out;
-  out << "# A VOG-map. Poses are x, y, z, qx, qy, qz, qw; covariances row by row.\nformat = "
+  out << "# A VOG-map. Poses are x, y, z, qx, qy, qz, qw; covariances are symmetric.\nformat = "
       << kFormat << "\nrun_id = " << map.run_id
       << "\ncomplete = " << (map.complete ? "true" : "false")
       << "\nvoxel_size_m = " << ToText(map.voxel_size_m)
@@ -92,6 +94,18 @@ class TomlEntries {
     return *value;
   }
 
+  double GetWithin(const char* key, Range range) const {
+    const auto value = Get<double>(key);
+    if (!(value >= range.lo && value <= range.hi)) Fail(key);
+    return value;
+  }
+
+  SubmapId GetId() const {
+    const auto id = Get<int>("id");
+    if (id < 0) Fail("id");
+    return id;
+  }
+
   template <class Numbers>
   Numbers GetNumbers(const char* key) const {
     Numbers numbers;
@@ -99,7 +113,7 @@ class TomlEntries {
     if (array == nullptr || static_cast<Eigen::Index>(array->size()) != numbers.size()) Fail(key);
     for (Eigen::Index i = 0; i < numbers.size(); ++i) {
       const auto value = array->get(static_cast<std::size_t>(i))->value<double>();
-      if (!value) Fail(key);
+      if (!value || !std::isfinite(*value)) Fail(key);
       numbers.data()[i] = *value;
     }
     return numbers;
@@ -115,7 +129,7 @@ class TomlEntries {
  private:
   [[noreturn]] void Fail(const char* key) const {
     throw UsageError(file_ + ":" + std::to_string(table_.source().begin.line) + ": " + key +
-                     " is missing or has the wrong type; is it a map of this program?");
+                     " is missing or makes no sense; is it a map of this program?");
   }
 
   const toml::table& table_;
@@ -143,7 +157,7 @@ std::variant<SubmapPtr, std::string> ReadSubmap(const TomlEntries& entry,
              .scans = entry.Get<int>("scans"),
              .drift = entry.GetNumbers<Mat3>("drift"),
              .grid = std::move(std::get<BrickGrid>(grid))});
-  submap->base.id = entry.Get<int>("id");
+  submap->base.id = entry.GetId();
   submap->base.odometry.time = submap->first_scan;
   submap->base.odometry.segment = entry.Get<std::int64_t>("segment");
   submap->base.odometry.X_OB = entry.GetPose("X_OM");
@@ -154,11 +168,12 @@ std::variant<SubmapPtr, std::string> ReadSubmap(const TomlEntries& entry,
 }
 
 SensorModelOptions ReadSensorModel(const TomlEntries& entry) {
-  return {.hit_probability = entry.Get<double>("hit_probability"),
-          .miss_probability = entry.Get<double>("miss_probability"),
-          .min_probability = entry.Get<double>("min_probability"),
-          .max_probability = entry.Get<double>("max_probability"),
-          .occupied_probability = entry.Get<double>("occupied_probability")};
+  constexpr Range kProbability = Between(0.001, 0.999);
+  return {.hit_probability = entry.GetWithin("hit_probability", kProbability),
+          .miss_probability = entry.GetWithin("miss_probability", kProbability),
+          .min_probability = entry.GetWithin("min_probability", kProbability),
+          .max_probability = entry.GetWithin("max_probability", kProbability),
+          .occupied_probability = entry.GetWithin("occupied_probability", kProbability)};
 }
 
 void ReadSubmaps(const toml::table& table, const std::filesystem::path& folder,
@@ -173,8 +188,10 @@ void ReadSubmaps(const toml::table& table, const std::filesystem::path& folder,
       loaded.faults.push_back(*fault);
       continue;
     }
-    loaded.map.submaps.push_back(std::get<SubmapPtr>(submap));
-    loaded.map.X_WM[loaded.map.submaps.back()->id()] = entry.GetPose("X_WM");
+    const SubmapPtr& read = std::get<SubmapPtr>(submap);
+    if (!loaded.map.X_WM.emplace(read->id(), entry.GetPose("X_WM")).second)
+      throw UsageError(file + ": submap " + std::to_string(read->id()) + " is there twice");
+    loaded.map.submaps.push_back(read);
   }
 }
 
@@ -217,7 +234,7 @@ LoadedMap LoadMapFolder(const std::filesystem::path& folder) {
   const toml::table* model = table["sensor_model"].as_table();
   if (model == nullptr) throw UsageError(file + ": [sensor_model] is missing");
   LoadedMap loaded;
-  loaded.map.voxel_size_m = entries.Get<double>("voxel_size_m");
+  loaded.map.voxel_size_m = entries.GetWithin("voxel_size_m", Between(1e-4, 1e4));
   loaded.map.run_id = entries.Get<std::int64_t>("run_id");
   loaded.map.complete = entries.Get<bool>("complete");
   loaded.map.sensor_model = ReadSensorModel(TomlEntries(*model, file));

@@ -8,6 +8,7 @@
 #include "lib/base/log.h"
 #include "lib/bus/lcm_bus.h"
 #include "lib/messages/submap_receiver.h"
+#include "lib/occupancy/ray_answers.h"
 #include "lib/submap/octree_file.h"
 #include "lib/vogmap/merged_grid.h"
 
@@ -19,6 +20,7 @@ constexpr const char* kBudgetUsed = "max_submaps";
 constexpr std::int8_t kRejected = 3;
 // A reply should fit into a few hundred chunks.
 constexpr std::size_t kMaxAnswers = 2'000'000;
+constexpr double kMaxRange_m = 1e4;
 
 /// Check sum of all that a submap says, the same when it comes back from a map folder: the last
 /// bits of its quaternions may not.
@@ -48,12 +50,13 @@ void AnswerPoints(const VogMap& map, const map_request_t& request, map_reply_t& 
 }
 
 void AnswerRay(const VogMap& map, const map_request_t& request, map_reply_t& reply) {
-  const Vec3 direction_W = Eigen::Map<const Vec3>(request.direction_W);
-  std::vector<RayVoxel> ray;
-  map.CastRay(Eigen::Map<const Vec3>(request.origin_W_m), direction_W.normalized(), request.range_m,
-              ray);
-  for (const RayVoxel& voxel : ray)
-    AddAnswer(map.grid().CenterOf(voxel.key), voxel.log_odds, reply);
+  const Vec3 origin_W = Eigen::Map<const Vec3>(request.origin_W_m);
+  const Vec3 direction_W = Eigen::Map<const Vec3>(request.direction_W).normalized();
+  const RayAnswers ray = request.method == "direct"
+                             ? AnswersAtSteps(map, origin_W, direction_W, request.range_m)
+                             : AnswersInVoxels(map, origin_W, direction_W, request.range_m);
+  for (std::size_t i = 0; i < ray.points_W.size(); ++i)
+    AddAnswer(ray.points_W[i], ray.log_odds[i], reply);
 }
 
 void AnswerBox(const VogMap& map, const map_request_t& request, map_reply_t& reply) {
@@ -133,6 +136,12 @@ void MapServiceNode::Resume() {
     throw UsageError(settings_.map.directory +
                      ": holds the map of another run; move it away or choose another "
                      "map.directory");
+  if (settings_.run_id == 0 && loaded.map.complete)
+    throw UsageError(settings_.map.directory +
+                     ": holds a finished map; move it away or choose another map.directory");
+  if (loaded.map.voxel_size_m != settings_.submap.voxel_size_m)
+    throw UsageError(settings_.map.directory +
+                     ": holds a map of another submap.voxel_size_m; choose another map.directory");
   for (const std::string& fault : loaded.faults) LogLine(fault);
   for (const SubmapPtr& submap : loaded.map.submaps) {
     // Numbers without a gap: what comes behind a damaged submap cannot be joined to the rest.
@@ -351,13 +360,21 @@ void MapServiceNode::OnRequest(const map_request_t& request) {
 
 map_reply_t MapServiceNode::Answer(const map_request_t& request) const {
   map_reply_t reply{};
+  const bool has_method = request.kind == "points" || request.kind == "ray";
   if (!AllFinite(request)) {
     reply.error = "a number in the request is not finite or too large";
+  } else if (has_method && request.method != "direct" && request.method != "cached") {
+    reply.error = "method must be direct or cached";
   } else if (request.kind == "points") {
-    AnswerPoints(map_, request, reply);
+    if (request.point_W_m.size() > kMaxAnswers)
+      reply.error = "at most 2000000 points";
+    else
+      AnswerPoints(map_, request, reply);
   } else if (request.kind == "ray") {
     if (Eigen::Map<const Vec3>(request.direction_W).norm() < 1e-9)
       reply.error = "the ray has no direction";
+    else if (request.range_m > kMaxRange_m)
+      reply.error = "a ray is at most 10000 m long";
     else
       AnswerRay(map_, request, reply);
   } else if (request.kind == "box") {

@@ -1,12 +1,18 @@
 #include "procs/nav_bridge/nav_bridge_node.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "lib/bus/lcm_bus.h"
 #include "lib/messages/convert.h"
 #include "lib/scan/sonar.h"
 
 namespace vog {
+namespace {
+
+constexpr Duration kWatchdogPeriod = std::chrono::milliseconds(100);
+
+}  // namespace
 
 NavBridgeSettings NavBridgeSettings::From(const Config& config) {
   return {config.Read<NavBridgeOptions>("navigation"),
@@ -22,19 +28,16 @@ NavBridgeNode::NavBridgeNode(Bus& bus, const NavBridgeSettings& settings)
       reckoner_(settings.dead_reckoning, bus.epoch()) {
   endpoint_.Subscribe(inputs::kVehicleNav,
                       [this](Time, const vehicle_nav_t& message) { OnVehicleNav(message); });
-  endpoint_.Subscribe(inputs::kDvl, [this](Time, const dvl_t& message) {
-    if (const auto record = FromMessage(message)) reckoner_.Add(*record);
-  });
-  endpoint_.Subscribe(inputs::kDepth, [this](Time, const depth_t& message) {
-    if (const auto record = FromMessage(message)) reckoner_.Add(*record);
-  });
+  endpoint_.Subscribe(inputs::kDvl, [this](Time, const dvl_t& message) { Reckon(message); });
+  endpoint_.Subscribe(inputs::kDepth, [this](Time, const depth_t& message) { Reckon(message); });
   endpoint_.Subscribe(inputs::kImu, [this](Time, const imu_t& message) { OnImu(message); });
   endpoint_.Subscribe(outputs::kControl,
                       [this](Time, const control_t& message) { OnControl(message); });
   endpoint_.ReportStatus([this](auto& counters) {
     counters["watchdog_stops"] = stops_;
-    return "ok";
+    return std::exchange(has_told_nav_, false) ? "ok" : "no navigation";
   });
+  bus.Every(kWatchdogPeriod, [this](Time now) { StopIfCommandIsOld(now); });
 }
 
 void NavBridgeNode::OnVehicleNav(const vehicle_nav_t& message) {
@@ -50,6 +53,15 @@ void NavBridgeNode::OnVehicleNav(const vehicle_nav_t& message) {
   }
 }
 
+template <class Message>
+void NavBridgeNode::Reckon(const Message& message) {
+  if (const auto record = FromMessage(message)) {
+    reckoner_.Add(*record);
+  } else {
+    endpoint_.NoteMalformed();
+  }
+}
+
 void NavBridgeNode::OnImu(const imu_t& message) {
   const auto record = FromMessage(message);
   if (!record) {
@@ -62,7 +74,7 @@ void NavBridgeNode::OnImu(const imu_t& message) {
 
 void NavBridgeNode::PublishNav(const OdometrySample& sample) {
   endpoint_.Publish(outputs::kNav, ToMessage(sample), sample.time, sample.segment);
-  StopIfCommandIsOld(sample.time);
+  has_told_nav_ = true;
 }
 
 void NavBridgeNode::OnControl(const control_t& message) {

@@ -48,6 +48,8 @@ class NavBridgeNode {
 
  private:
   void OnVehicleNav(const vehicle_nav_t& message);
+  template <class Message>
+  void Reckon(const Message& message);
   void OnImu(const imu_t& message);
   void OnControl(const control_t& message);
   void PublishNav(const OdometrySample& sample);
@@ -58,6 +60,7 @@ class NavBridgeNode {
   VehicleNavTracker tracker_;
   DeadReckoner reckoner_;
   std::optional<Time> commanded_at_;  // While the vehicle moves on a command.
+  bool has_told_nav_ = false;         // Since the last STATUS.
   std::int64_t stops_ = 0;
 };
 

@@ -1,6 +1,7 @@
 #include "procs/planner/planner_node.h"
 
 #include <algorithm>
+#include <stdexcept>
 
 #include "lib/bus/lcm_bus.h"
 
@@ -66,8 +67,9 @@ PlannerNode::PlannerNode(Bus& bus, const PlannerSettings& settings)
       map_(settings.submap.voxel_size_m, SensorModel(settings.sensor_model)),
       open_(settings.submap.voxel_size_m, settings.sensor_model),
       standard_map_(settings.submap.voxel_size_m, settings.sensor_model),
-      receiver_(endpoint_, {[this](const SubmapPtr& submap) { OnSubmap(submap); },
-                            [this] { OnReset(); }, [](const map_status_t&) {}}) {
+      receiver_(endpoint_,
+                {[this](const SubmapPtr& submap) { OnSubmap(submap); }, [this] { OnReset(); },
+                 [this](const map_status_t& status) { is_complete_ = status.complete; }}) {
   endpoint_.Subscribe(outputs::kSubmapPoses,
                       [this](Time, const submap_poses_t& message) { OnSubmapPoses(message); });
   endpoint_.Subscribe(outputs::kScan, [this](Time, const scan_t& message) { OnScan(message); });
@@ -77,10 +79,12 @@ PlannerNode::PlannerNode(Bus& bus, const PlannerSettings& settings)
   bus.Every(std::chrono::seconds(1), [this](Time) {
     if (explorer_.plan() != nullptr) PublishPlan(*explorer_.plan(), newest_pose_);
     PublishMissionStatus(newest_pose_);
+    if (pose_version_ != poses_version_) AskForPoses();
   });
   endpoint_.ReportStatus([this](auto& counters) {
     counters["submaps"] = map_.size();
     counters["scans_dropped"] = synchronizer_.dropped();
+    counters["leaps"] = leaps_;
     return receiver_.IsComplete() ? "ok" : "waiting for submaps";
   });
 }
@@ -145,9 +149,25 @@ void PlannerNode::AddScans() {
     if (UsesStandardMap()) {
       standard_map_.Insert(registered->scan, registered->odometry.X_OB);
     } else {
-      open_.Add(*registered);
+      AddToOpen(*registered);
     }
   }
+}
+
+void PlannerNode::AddToOpen(const RegisteredScan& registered) {
+  try {
+    open_.Add(registered);
+  } catch (const std::length_error&) {
+    // The odometry has leapt farther than a submap can be wide; the map service begins a new one.
+    ++leaps_;
+    open_.ForgetUpTo(registered.scan.time);
+  }
+}
+
+void PlannerNode::AskForPoses() {
+  map_request_t request{};
+  request.kind = "poses";
+  endpoint_.Publish(outputs::kMapRequest, request, newest_pose_);
 }
 
 void PlannerNode::ShowOpen(const Pose3& X_WO, std::int64_t segment) {
@@ -164,7 +184,9 @@ void PlannerNode::OnPose(const pose_estimate_t& message) {
     return;
   }
   newest_pose_ = TimeOf(message.header);
-  if (!receiver_.IsComplete()) return;
+  pose_version_ = message.version;
+  // A planner that is started again after the mission does not begin another.
+  if (!receiver_.IsComplete() || is_complete_) return;
   if (!has_start_) {
     // Who comes late knows the start from the first submap.
     explorer_.SetStart(map_.Has(0) ? map_.X_WM(0).translation() : X_WB->translation());
@@ -201,7 +223,7 @@ void PlannerNode::PublishPlan(const Plan& plan, Time time) {
 
 void PlannerNode::PublishMissionStatus(Time time) {
   mission_status_t status{};
-  status.state = has_start_ ? NameOf(explorer_.state()) : "waiting";
+  status.state = is_complete_ ? "finished" : has_start_ ? NameOf(explorer_.state()) : "waiting";
   status.end_reason = explorer_.end_reason();
   status.plans = explorer_.plan() != nullptr ? explorer_.plan()->id : 0;
   status.submaps = std::max(0, receiver_.announced());

@@ -44,9 +44,11 @@ class PlannerNode {
   void OnScan(const scan_t& message);
   void OnNav(const nav_t& message);
   void AddScans();
+  void AddToOpen(const RegisteredScan& registered);
   void OnPose(const pose_estimate_t& message);
   const OccupancyMap& planning_map() const;
   void MeasureExplored();
+  void AskForPoses();
   void ShowOpen(const Pose3& X_WO, std::int64_t segment);
   void PublishPlan(const Plan& plan, Time time);
   void PublishMissionStatus(Time time);
@@ -60,7 +62,10 @@ class PlannerNode {
   StandardMap standard_map_;
   std::map<SubmapId, Pose3> X_WM_;  // Newest poses from SLAM.
   std::int64_t poses_epoch_ = -1, poses_version_ = 0;
+  std::int64_t pose_version_ = 0;  // Of the poses that POSE stands on: they may have been missed.
+  std::int64_t leaps_ = 0;
   bool has_start_ = false;
+  bool is_complete_ = false;   // The mission is over and its map saved.
   int measured_submaps_ = -1;  // When explored_m3_ was measured.
   double explored_m3_ = 0;
   Time newest_pose_;

@@ -24,6 +24,7 @@ struct VehicleOptions {
   double thruster_limit_n = 55;
   double thruster_lag_s = 0.15;
   double surge_thruster_offset_m = 0.3;
+  double command_timeout_s = 1;
   double max_speed_m_s = 0.5;
   double max_yaw_rate_rad_s = 0.5;
   double max_acceleration_m_s2 = 0.2;
@@ -53,6 +54,8 @@ struct VehicleOptions {
     v("thruster_lag_s", thruster_lag_s, Between(0, 5), "time constant of the thrusters");
     v("surge_thruster_offset_m", surge_thruster_offset_m, Between(0.01, 10),
       "of the two surge thrusters to the left and right; their difference yaws");
+    v("command_timeout_s", command_timeout_s, Between(0.05, 60),
+      "the vehicle's own watchdog: without a command for so long it stops");
     v("max_speed_m_s", max_speed_m_s, Between(0, 20), "faster commands are cut to this");
     v("max_yaw_rate_rad_s", max_yaw_rate_rad_s, Between(0, 10), "faster commands are cut to this");
     v("max_acceleration_m_s2", max_acceleration_m_s2, Between(0.001, 100),

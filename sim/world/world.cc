@@ -35,6 +35,7 @@ World::World(const WorldSetup& setup, const TriangleMesh& scene)
       sensors_(setup.navigation_sensors, PeriodOf(options_.imu_rate_hz), setup.seed),
       current_(setup.current, options_.physics_step_s, setup.seed),
       vehicle_(setup.vehicle, StartPose(options_)),
+      command_timeout_(FromSeconds(setup.vehicle.command_timeout_s)),
       physics_step_(FromSeconds(options_.physics_step_s)),
       scan_schedule_{setup.sonar.period()},
       nav_schedule_{PeriodOf(options_.nav_rate_hz)},
@@ -76,7 +77,8 @@ void World::MoveTo(Time time) {
   while (time_ < time) {
     const Time grid = Time((time_.time_since_epoch() / physics_step_ + 1) * physics_step_);
     const Time end = std::min(time, grid);
-    vehicle_.Step(ToSeconds(end - time_), command_, current_.velocity_W_m_s());
+    const VelocityCommand command = end <= command_until_ ? command_ : VelocityCommand{};
+    vehicle_.Step(ToSeconds(end - time_), command, current_.velocity_W_m_s());
     if (end == grid) current_.Step();
     time_ = end;
   }

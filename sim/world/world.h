@@ -51,8 +51,12 @@ class World {
   /// `now` and up to this one; the first call also what is due at 0. @pre times do not decrease.
   Emissions AdvanceTo(Time now);
 
-  /// Holds from the last AdvanceTo() on; at first the vehicle holds its place.
-  void SetCommand(const VelocityCommand& command) { command_ = command; }
+  /// Holds from the last AdvanceTo() on, for vehicle.command_timeout_s; without a command the
+  /// vehicle holds its place.
+  void SetCommand(const VelocityCommand& command) {
+    command_ = command;
+    command_until_ = time_ + command_timeout_;
+  }
 
   /// The next moment at which something is due.
   Time next_due() const;
@@ -81,6 +85,8 @@ class World {
   Current current_;
   Vehicle vehicle_;
   VelocityCommand command_;
+  Duration command_timeout_;
+  Time command_until_;
   Time time_;
   Duration physics_step_;
   Schedule scan_schedule_, nav_schedule_, dvl_schedule_, imu_schedule_, depth_schedule_;

@@ -42,6 +42,7 @@ struct Run {
   SubmapOptions submap;
   SensorModelOptions sensor_model;
   PlannerOptions planner;
+  VehicleOptions vehicle;
   ExplorationOptions exploration;
   WorldOptions simulation;
   EvaluationOptions options;
@@ -75,6 +76,7 @@ Run ReadAll(const std::filesystem::path& folder) {
   run.submap = config.Read<SubmapOptions>("submap");
   run.sensor_model = config.Read<SensorModelOptions>("sensor_model");
   run.planner = config.Read<PlannerOptions>("planner");
+  run.vehicle = config.Read<VehicleOptions>("vehicle");
   run.exploration = config.Read<ExplorationOptions>("exploration");
   run.simulation = config.Read<WorldOptions>("simulation");
   run.options = config.Read<EvaluationOptions>("evaluation");
@@ -120,8 +122,15 @@ std::vector<Vec3> StandardCloud(const Run& run) {
   for (auto leaf = map.tree().begin_leafs(); leaf != map.tree().end_leafs(); ++leaf) {
     const LogOddsUnits units = ToUnits(leaf->getLogOdds());
     if (units < run.occupied_from()) continue;
+    // OctoMap prunes eight equal voxels into one leaf.
     const octomap::point3d p = leaf.getCoordinate();
-    occupied.At(occupied.grid().KeyOf({p.x(), p.y(), p.z()})) = units;
+    const auto side =
+        static_cast<std::int32_t>(1u << (map.tree().getTreeDepth() - leaf.getDepth()));
+    const double to_first_m = 0.5 * (side - 1) * run.submap.voxel_size_m;
+    const VoxelKey first =
+        occupied.grid().KeyOf(Vec3(p.x(), p.y(), p.z()) - Vec3::Constant(to_first_m));
+    ForEachVoxel({first, {first.x + side - 1, first.y + side - 1, first.z + side - 1}},
+                 [&](const VoxelKey& voxel) { occupied.At(voxel) = units; });
   }
   return OccupiedPoints(occupied, run.occupied_from(), run.options.min_neighbours);
 }
@@ -210,7 +219,7 @@ Json SeriesOf(const CoverageCurve& curve) {
 }
 
 void JudgeCoverage(const Run& run, Json& metrics, Json& series) {
-  const HullSpace space(run.scene_W, run.planner.hull_size_m);
+  const HullSpace space(run.scene_W, run.vehicle.hull_size_m);
   const RayCaster& scene = space.scene();
   const TrueWorld world{
       [&](const Vec3& from_W, const Vec3& to_W) { return scene.Occluded(from_W, to_W); },
@@ -266,7 +275,7 @@ void JudgeCoverage(const Run& run, Json& metrics, Json& series) {
 }
 
 void JudgeCollisions(const Run& run, Json& metrics) {
-  const MeshClearance clearance(run.scene_W, run.planner.hull_size_m);
+  const MeshClearance clearance(run.scene_W, run.vehicle.hull_size_m);
   std::vector<double> distance_m(run.record.truth.size());
   ParallelFor(distance_m.size(), [&](std::size_t i) {
     distance_m[i] = clearance.DistanceAt(run.record.truth[i].X_WB);

@@ -43,6 +43,7 @@ void ProgressWatcher::OnMessage(Time time, const std::string& channel, Bytes byt
     progress_.submaps = status.submaps;
     progress_.is_complete = status.complete;
     progress_.map_fault = status.fault;
+    progress_.run_id = status.header.run_id;
   } else if (channel == outputs::kGraph.name) {
     graph_t graph{};
     if (!Decode(bytes, graph)) return;

@@ -20,6 +20,7 @@ struct RunProgress {
   std::string state;
   std::string end_reason;
   std::string map_fault;
+  std::int64_t run_id = 0;   ///< That the map service found in its messages.
   bool is_complete = false;  ///< The mission is over and the map saved.
 };
 

@@ -15,6 +15,7 @@
 #include "procs/slam/slam_node.h"
 #include "procs/sonar_reader/sonar_reader_node.h"
 #include "sim/scene/mesh_file.h"
+#include "sim/scene/scene_options.h"
 #include "tools/mission/evaluate.h"
 #include "tools/mission/mesh_mission.h"
 #include "tools/mission/progress_bar.h"
@@ -32,6 +33,14 @@ std::int64_t RunIdOf(const Config& config) {
   const std::string text = config.ToToml();
   const std::int64_t id = std::int64_t{Crc32(text)} << 20 ^ Crc32(text + "vogmap");
   return id == 0 ? 1 : id;
+}
+
+/// So that the log and the processes of a live run find the mesh from wherever they are.
+void MakeMeshAbsolute(Config& config) {
+  const std::filesystem::path mesh = config.Read<SceneOptions>("scene").mesh;
+  if (mesh.empty() || mesh.is_absolute()) return;
+  const std::filesystem::path found = std::filesystem::absolute(config.directory() / mesh);
+  config.Set("scene.mesh='" + found.lexically_normal().string() + "'");
 }
 
 }  // namespace
@@ -57,6 +66,7 @@ Config LoadMission(const std::string& file, const MissionOverrides& overrides) {
     config.Set("mission.max_submaps=" + std::to_string(*overrides.max_submaps));
   if (overrides.scene) UseMesh(*overrides.scene, config);
   for (const std::string& setting : overrides.settings) config.Set(setting);
+  MakeMeshAbsolute(config);
   CheckConfig(config);
   if (config.Read<BusOptions>("bus").run_id == 0)
     config.Set("bus.run_id=" + std::to_string(RunIdOf(config)));

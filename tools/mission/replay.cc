@@ -2,7 +2,6 @@
 
 #include <regex>
 
-#include "lib/bus/lcm_bus.h"
 #include "lib/bus/lcm_log.h"
 #include "lib/bus/stopwatch.h"
 #include "lib/messages/endpoint.h"
@@ -70,8 +69,7 @@ void Feed(const std::filesystem::path& log, const Config& config, LockStepSystem
   if (!batch) throw UsageError(log.string() + ": holds nothing to build a map from");
   bus.RunUntil(*batch);
   if (system.progress().is_complete) return;
-  if (system.progress().state != "finished")
-    SayFinished(bus, config.Read<BusOptions>("bus").run_id);
+  if (system.progress().state != "finished") SayFinished(bus, system.progress().run_id);
   bus.RunUntil(bus.now() + kMaxFinish);
   if (system.progress().is_complete) return;
   throw SystemError(system.progress().map_fault.empty() ? log.string() + ": gives no map"
@@ -105,7 +103,10 @@ void ReplayLog(const std::filesystem::path& log, const std::filesystem::path& fo
   }
   timing.wall_s = stopwatch.seconds();
   WriteTiming(timing, folder / "timing.json");
-  if (!has_truth) return;  // A vehicle's log: nothing to judge by.
+  if (!has_truth) {  // A vehicle's log: nothing to judge by.
+    WriteReport(folder);
+    return;
+  }
   SaveMesh(MakeScene(config.Read<SceneOptions>("scene"),
                      config.Read<PropellerOptions>("scene.propeller"),
                      config.Read<TankOptions>("scene.tank"), config.directory()),

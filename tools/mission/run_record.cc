@@ -30,11 +30,6 @@ class Recorder {
       With<scan_t>(event, [&](const scan_t& message) {
         if (auto scan = FromMessage(message)) synchronizer_.Add(std::move(*scan));
       });
-    } else if (is(outputs::kPose)) {
-      With<pose_estimate_t>(event, [&](const pose_estimate_t& message) {
-        if (const auto X_WB = FromMessage(message.X_WB))
-          record_.online_estimate.push_back({TimeOf(message.header), *X_WB});
-      });
     } else if (is(outputs::kGraph)) {
       With<graph_t>(event, [&](const graph_t& graph) { OnGraph(graph); });
     } else if (is(outputs::kMissionStatus)) {

@@ -26,7 +26,6 @@ struct RunRecord {
   std::int64_t run_id = 0;
   std::vector<RunScan> scans;  ///< In order of time; those with odometry and truth.
   Trajectory truth;            ///< Everything the simulator told.
-  Trajectory online_estimate;  ///< POSE as it was told, before later corrections.
   double end_time_s = 0;
   std::string end_reason;
   int full_closures = 0, partial_closures = 0, rejected_closures = 0;

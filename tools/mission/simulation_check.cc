@@ -35,7 +35,7 @@ bool FitsSomewhere(const HullSpace& space, const Eigen::AlignedBox3d& box_W) {
 SimSettings CheckedSimSettings(const Config& config) {
   SimSettings settings = SimSettings::From(config);
   const Eigen::AlignedBox3d box_W = config.Read<ExplorationOptions>("exploration").box_W();
-  const HullSpace space(settings.scene_W, config.Read<PlannerOptions>("planner").hull_size_m);
+  const HullSpace space(settings.scene_W, settings.world.vehicle.hull_size_m);
   if (!FitsSomewhere(space, box_W))
     throw UsageError("the vehicle fits nowhere into the exploration box " + Describe(box_W) +
                      ": set exploration.min_m and exploration.max_m");

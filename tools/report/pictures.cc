@@ -16,7 +16,7 @@ constexpr int kHalfWidth_px = 540;
 constexpr std::size_t kMaxPathPoints = 1500;
 constexpr const char* kFullColour = "#1a8a45";
 constexpr const char* kPartialColour = "#40b0489c";
-constexpr const char* kNotJudged = "The run has no truth to be judged by.";
+constexpr const char* kNotJudged = "There is no time series: the run has no truth to be judged by.";
 
 /// `x y z` lines of a trajectory, thinned evenly.
 std::string PathData(const Trajectory& path) {
@@ -88,6 +88,27 @@ Curve SeriesCurve(const Json& series, const std::string& key, const std::string&
   Curve curve{title, colour, SeriesPoints(series, key)};
   for (auto& point : curve.points) point.second *= scale;
   return curve;
+}
+
+/// Nothing without a time series.
+std::string CoverageFigure(const RunFolder& run) {
+  Chart chart{"vehicle time [s]", "seen [%]", 100, {90, 95}, {}};
+  chart.curves = {SeriesCurve(run.series, "surface", "surface", "#1a8a45", 100),
+                  SeriesCurve(run.series, "volume", "volume", "#1b6ca8", 100)};
+  if (!HasPoints(chart.curves)) return "";
+  return HtmlFigure(DrawChart(chart), "Coverage of surface and volume over time",
+                    "Coverage: the share of the reachable surface and volume that the sonar has "
+                    "truly seen. Dashed: 90 % and 95 %.");
+}
+
+std::string PositionErrorFigure(const RunFolder& run) {
+  Chart chart{"vehicle time [s]", "position error [m]", 0, {}, {}};
+  chart.curves = {SeriesCurve(run.series, "odometry_error_m", "odometry", kOdometryColour),
+                  SeriesCurve(run.series, "estimate_error_m", "estimate", kEstimateColour)};
+  if (!HasPoints(chart.curves)) return "";
+  return HtmlFigure(DrawChart(chart), "Position error of odometry and estimate over time",
+                    "Position error: distance from the true position. The estimate is the final "
+                    "one, after all closures.");
 }
 
 struct PlanningStep {
@@ -215,32 +236,19 @@ std::string PathsHtml(const RunFolder& run) {
   if (run.truth.empty())
     note = HtmlMissing("There is no truth; odometry and estimate are what was said on the way.");
   return note +
-         HtmlRow({HtmlFigure(DrawPaths(run, kTopView),
-                             "The vehicle's true, dead-reckoned and estimated paths from above",
-                             "From above. Grey: the scene; dashed: the exploration box."),
-                  HtmlFigure(DrawPaths(run, kSideView),
-                             "The vehicle's true, dead-reckoned and estimated paths from the side",
-                             "From the side, looking along +y.")});
+         HtmlRow(
+             {HtmlFigure(DrawPaths(run, kTopView),
+                         "The vehicle's true, dead-reckoned and estimated paths from above",
+                         std::string("From above. ") + (run.scene_W ? "Grey: the scene. " : "") +
+                             (run.exploration_box_W ? "Dashed: the exploration box." : "")),
+              HtmlFigure(DrawPaths(run, kSideView),
+                         "The vehicle's true, dead-reckoned and estimated paths from the side",
+                         "From the side, looking along +y.")});
 }
 
-std::string CoverageHtml(const RunFolder& run) {
-  Chart chart{"vehicle time [s]", "seen [%]", 100, {90, 95}, {}};
-  chart.curves = {SeriesCurve(run.series, "surface", "surface", "#1a8a45", 100),
-                  SeriesCurve(run.series, "volume", "volume", "#1b6ca8", 100)};
-  if (!HasPoints(chart.curves)) return HtmlMissing(kNotJudged);
-  return HtmlFigure(DrawChart(chart), "Coverage of surface and volume over time",
-                    "Coverage: the share of the reachable surface and volume that the sonar has "
-                    "truly seen. Dashed: 90 % and 95 %.");
-}
-
-std::string PositionErrorHtml(const RunFolder& run) {
-  Chart chart{"vehicle time [s]", "position error [m]", 0, {}, {}};
-  chart.curves = {SeriesCurve(run.series, "odometry_error_m", "odometry", kOdometryColour),
-                  SeriesCurve(run.series, "estimate_error_m", "estimate", kEstimateColour)};
-  if (!HasPoints(chart.curves)) return HtmlMissing(kNotJudged);
-  return HtmlFigure(DrawChart(chart), "Position error of odometry and estimate over time",
-                    "Position error: distance from the true position. The estimate is the final "
-                    "one, after all closures.");
+std::string ProgressHtml(const RunFolder& run) {
+  const std::string html = CoverageFigure(run) + PositionErrorFigure(run);
+  return html.empty() ? HtmlMissing(kNotJudged) : HtmlRow({html});
 }
 
 std::string TimingHtml(const RunFolder& run) {

@@ -15,11 +15,8 @@ std::vector<std::pair<double, double>> SeriesPoints(const nlohmann::ordered_json
 /// Truth, odometry and estimate over the scene, from above and from the side.
 std::string PathsHtml(const RunFolder& run);
 
-/// Share of the surface and of the volume seen, over time.
-std::string CoverageHtml(const RunFolder& run);
-
-/// Distance of odometry and estimate from the truth, over time.
-std::string PositionErrorHtml(const RunFolder& run);
+/// Over time: the share of surface and volume seen, and how far odometry and estimate are off.
+std::string ProgressHtml(const RunFolder& run);
 
 /// Wall time of each planning step over the number of submaps, and of each node.
 std::string TimingHtml(const RunFolder& run);

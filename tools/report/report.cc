@@ -9,27 +9,38 @@
 namespace vog {
 namespace {
 
+/// The metrics or, of a run that was not judged, what is known of it all the same.
+nlohmann::ordered_json KnownMetrics(const RunFolder& run) {
+  if (!run.metrics.is_null()) return run.metrics;
+  return {{"submaps", run.map.submaps.size()},
+          {"loop_closures",
+           {{"full", run.CountEdges(GraphEdge::kFull)},
+            {"partial", run.CountEdges(GraphEdge::kPartial)},
+            {"rejected", run.CountEdges(GraphEdge::kRejected)}}}};
+}
+
 /// A table a group; the two short last ones stand in one column.
 std::string KeyFiguresHtml(const RunFolder& run) {
+  const bool is_judged = !run.metrics.is_null();
+  const nlohmann::ordered_json metrics = KnownMetrics(run);
   std::vector<std::pair<std::string, std::vector<std::vector<std::string>>>> groups;
   for (const KeyFigure& figure : KeyFigures()) {
+    const auto value = ValueOf(figure, metrics, run.timing);
+    if (!is_judged && !value) continue;
     if (groups.empty() || groups.back().first != figure.group)
       groups.push_back({figure.group, {{figure.group, ""}}});
-    groups.back().second.push_back(
-        {figure.label, ShowValue(figure, ValueOf(figure, run.metrics, run.timing))});
+    groups.back().second.push_back({figure.label, ShowValue(figure, value)});
   }
   std::vector<std::string> columns;
   for (const auto& [name, rows] : groups) {
     const std::string table = HtmlTable(rows);
-    if (name == groups.back().first) {
+    if (name == groups.back().first && !columns.empty()) {
       columns.back() = "<div>\n" + columns.back() + table + "</div>\n";
     } else {
       columns.push_back(table);
     }
   }
-  const std::string note =
-      run.metrics.is_null() ? HtmlMissing("The run has no truth to be judged by.") : "";
-  return note + HtmlRow(columns);
+  return (is_judged ? "" : HtmlMissing("The run has no truth to be judged by.")) + HtmlRow(columns);
 }
 
 std::string LeadHtml(const RunFolder& run) {
@@ -49,10 +60,11 @@ std::string ParametersHtml(const RunFolder& run) {
 }
 
 std::string ReproduceHtml(const RunFolder& run) {
+  const std::string live = run.live_speed ? " --live --speed " + ToText(*run.live_speed) : "";
   const std::string simulated =
       "<p>With the parameters above in a file <code>mission.toml</code>:</p>\n<pre>" +
       EscapeHtml("vog mission mission.toml --mode " + run.mode + " --seed " +
-                 std::to_string(run.seed) + " --out again") +
+                 std::to_string(run.seed) + live + " --out again") +
       "</pre>\n";
   const std::string replayed =
       "<p>Or from the folder's own log, which gives the same map:</p>\n<pre>vog replay lcm.log "
@@ -69,18 +81,17 @@ void WriteReport(const std::filesystem::path& folder) {
 void WriteReport(const std::filesystem::path& folder, const std::filesystem::path& out) {
   const RunFolder run = ReadRunFolder(folder);
   const std::string title = run.Title();
-  const std::string body =
-      "<h1>" + EscapeHtml(title) + "</h1>\n" + LeadHtml(run) +
-      HtmlSection("figures", "Key figures", KeyFiguresHtml(run)) +
-      HtmlSection("reconstruction", "Reconstruction",
-                  ReconstructionHtml(folder, run.map.voxel_size_m)) +
-      HtmlSection("paths", "Paths", PathsHtml(run)) +
-      HtmlSection("progress", "Progress", HtmlRow({CoverageHtml(run), PositionErrorHtml(run)})) +
-      HtmlSection("occupancy", "Occupancy", OccupancyHtml(run)) +
-      HtmlSection("graph", "Pose graph", PoseGraphHtml(run)) +
-      HtmlSection("timing", "Planning time", TimingHtml(run)) +
-      HtmlSection("parameters", "Parameters", ParametersHtml(run)) +
-      HtmlSection("reproduce", "The same again", ReproduceHtml(run));
+  const std::string body = "<h1>" + EscapeHtml(title) + "</h1>\n" + LeadHtml(run) +
+                           HtmlSection("figures", "Key figures", KeyFiguresHtml(run)) +
+                           HtmlSection("reconstruction", "Reconstruction",
+                                       ReconstructionHtml(folder, run.map.voxel_size_m)) +
+                           HtmlSection("paths", "Paths", PathsHtml(run)) +
+                           HtmlSection("progress", "Progress", ProgressHtml(run)) +
+                           HtmlSection("occupancy", "Occupancy", OccupancyHtml(run)) +
+                           HtmlSection("graph", "Pose graph", PoseGraphHtml(run)) +
+                           HtmlSection("timing", "Planning time", TimingHtml(run)) +
+                           HtmlSection("parameters", "Parameters", ParametersHtml(run)) +
+                           HtmlSection("reproduce", "The same again", ReproduceHtml(run));
   WriteFileAtomically(out, HtmlPage(title, body));
 }
 

@@ -116,20 +116,24 @@ TEST_F(ReportTest, RefusesWhatIsNoFinishedRun) {
 TEST_F(ReportTest, SaysWhatALiveRunHasNot) {
   Options options;
   options.has_planning = false;
+  options.config_toml = "[bus]\nclock = \"message\"\n[live]\nspeed = 20.0\n";
   const std::string page = ReportOf(MakeRun("run", options));
   EXPECT_EQ(Count(page, "class=\"missing\""), 1);
   EXPECT_TRUE(Has(Section(page, "timing"), "No times of planning steps"));
+  EXPECT_TRUE(Has(Section(page, "reproduce"), "--seed 3 --live --speed 20 --out"));
 }
 
 TEST_F(ReportTest, SaysWhatARunWithoutTruthHasNot) {
   Options options;
   options.has_truth = false;
   const std::string page = ReportOf(MakeRun("run", options));
-  EXPECT_TRUE(Has(page, "<h1>run · mode vog · seed 3 · 3 submaps</h1>"));
+  EXPECT_TRUE(Has(page, "<h1>box · mode vog · seed 3 · 3 submaps</h1>"));
   for (const char* id : {"figures", "reconstruction", "paths", "progress"})
     EXPECT_TRUE(Has(Section(page, id), "class=\"missing\"")) << id;
   EXPECT_EQ(Count(Section(page, "paths"), "<img "), 2);
   EXPECT_EQ(Count(Section(page, "occupancy"), "<img "), 3);
+  EXPECT_TRUE(Has(Section(page, "figures"), "<td>3</td>"));
+  EXPECT_FALSE(Has(Section(page, "figures"), "RMSE"));
   EXPECT_FALSE(Has(page, "vog mission"));
   EXPECT_TRUE(Has(page, "vog replay"));
 }

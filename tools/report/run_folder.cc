@@ -1,5 +1,7 @@
 #include "tools/report/run_folder.h"
 
+#include <toml++/toml.h>
+
 #include <algorithm>
 
 #include "lib/base/errors.h"
@@ -7,6 +9,7 @@
 #include "lib/bus/lcm_log.h"
 #include "lib/messages/convert.h"
 #include "lib/messages/endpoint.h"
+#include "lib/planner/mission_options.h"
 #include "lib/planner/planner_options.h"
 #include "sim/scene/mesh_file.h"
 
@@ -97,8 +100,18 @@ void ReadLog(const fs::path& folder, RunFolder& run) {
   while (const auto event = reader.Next()) scanner.Add(*event);
   if (!scanner.has_run()) NotARun(folder, "lcm.log has no RUN message");
   if (scanner.has_truth() && run.metrics.is_null()) NotARun(folder, "no metrics.json");
-  const Config config = Config::Parse(run.config_toml, (folder / "lcm.log").string() + " (RUN)");
+}
+
+/// What the pictures need of the settings. Those of another version may not be readable; the
+/// report then does without them.
+void ReadSettings(RunFolder& run) try {
+  const Config config = Config::Parse(run.config_toml, "RUN");
+  run.mission_name = config.Read<MissionOptions>("mission").name;
   run.exploration_box_W = config.Read<ExplorationOptions>("exploration").box_W();
+  const toml::table settings = toml::parse(run.config_toml);
+  if (settings["bus"]["clock"].value<std::string>() == "message")
+    run.live_speed = settings["live"]["speed"].value<double>();
+} catch (const UsageError&) {
 }
 
 /// The judged trajectories, where there are any, replace what was said online.
@@ -123,8 +136,8 @@ int RunFolder::CountEdges(GraphEdge::Kind kind) const {
 
 std::string RunFolder::Title() const {
   const std::string scene = TextAt(metrics, "/scene");
-  return (scene.empty() ? "run" : scene) + " · mode " + mode + " · seed " + std::to_string(seed) +
-         " · " + std::to_string(map.submaps.size()) + " submaps";
+  return (scene.empty() ? mission_name : scene) + " · mode " + mode + " · seed " +
+         std::to_string(seed) + " · " + std::to_string(map.submaps.size()) + " submaps";
 }
 
 RunFolder ReadRunFolder(const fs::path& folder) {
@@ -136,6 +149,7 @@ RunFolder ReadRunFolder(const fs::path& folder) {
   run.metrics = ReadJsonIfThere(folder / "metrics.json");
   run.series = ReadJsonIfThere(folder / "timeseries.json");
   ReadLog(folder, run);
+  ReadSettings(run);
   ReadTrajectories(folder, run);
   run.map = LoadMapFolder(folder / "map").map;
   if (fs::is_regular_file(folder / "scene.ply")) run.scene_W = LoadMesh(folder / "scene.ply", 1);

@@ -22,8 +22,10 @@ struct GraphEdge {
 
 /// What a finished run left on the disk. Parts that a run need not have are empty.
 struct RunFolder {
-  std::string program_version, mode, config_toml;
+  std::string program_version, mode, mission_name, config_toml;
   std::int64_t seed = 0;
+  /// Vehicle time over real time, of a run of real processes.
+  std::optional<double> live_speed;
   nlohmann::ordered_json metrics;  ///< Null for a run that could not be judged: it has no truth.
   nlohmann::ordered_json timing, series;
   Trajectory truth;
@@ -35,7 +37,8 @@ struct RunFolder {
   std::vector<GraphEdge> edges;
 
   int CountEdges(GraphEdge::Kind kind) const;
-  /// The scene and what else tells this run from others, in a line.
+  /// The scene (or the mission, where that is not known) and what else tells this run from others,
+  /// in a line.
   std::string Title() const;
 };
 

@@ -8,6 +8,7 @@
 
 #include "lib/base/log.h"
 #include "lib/baselines/algorithm1.h"
+#include "lib/occupancy/ray_answers.h"
 #include "tools/map/map_export.h"
 #include "tools/map/map_import.h"
 #include "tools/mission/replay.h"
@@ -251,53 +252,6 @@ struct RaycastArguments {
   bool json = false;
 };
 
-/// The places along a ray and the answers there, up to the first occupied one.
-struct RayAnswer {
-  std::vector<Vec3> points_W;
-  std::vector<float> log_odds;
-};
-
-RayAnswer CastCached(const VogMap& map, const Vec3& origin_W, const Vec3& direction_W,
-                     double range_m) {
-  std::vector<RayVoxel> ray;
-  map.CastRay(origin_W, direction_W, range_m, ray);
-  RayAnswer answer;
-  for (const RayVoxel& voxel : ray) {
-    answer.points_W.push_back(map.grid().CenterOf(voxel.key));
-    answer.log_odds.push_back(voxel.log_odds);
-  }
-  return answer;
-}
-
-/// Steps of one voxel along the ray, k = 1, 2, ...
-std::vector<Vec3> StepsAlong(const VogMap& map, const Vec3& origin_W, const Vec3& direction_W,
-                             double range_m) {
-  const double step_m = map.grid().voxel_size_m();
-  std::vector<Vec3> points_W;
-  for (int k = 1; k * step_m <= range_m; ++k)
-    points_W.push_back(origin_W + k * step_m * direction_W);
-  return points_W;
-}
-
-void StopAtFirstHit(const OccupancyMap& map, RayAnswer& answer) {
-  for (std::size_t i = 0; i < answer.log_odds.size(); ++i) {
-    if (!map.IsOccupied(answer.log_odds[i])) continue;
-    answer.points_W.resize(i + 1);
-    answer.log_odds.resize(i + 1);
-    return;
-  }
-}
-
-RayAnswer CastByPoints(const VogMap& steps_of, const OccupancyMap& map, const Vec3& origin_W,
-                       const Vec3& direction_W, double range_m) {
-  RayAnswer answer;
-  answer.points_W = StepsAlong(steps_of, origin_W, direction_W, range_m);
-  answer.log_odds.resize(answer.points_W.size());
-  map.LogOddsAt(answer.points_W, answer.log_odds);
-  StopAtFirstHit(map, answer);
-  return answer;
-}
-
 void Raycast(const RaycastArguments& arguments) {
   const Vec3 origin_W = Eigen::Map<const Vec3>(arguments.origin.data());
   const Vec3 direction = Eigen::Map<const Vec3>(arguments.direction.data());
@@ -305,16 +259,16 @@ void Raycast(const RaycastArguments& arguments) {
   const Vec3 direction_W = direction.normalized();
   const StoredMap stored = Load(arguments.map);
   const VogMap map = ToVogMap(stored);
-  RayAnswer answer;
+  RayAnswers answer;
   if (arguments.method == "cached") {
-    answer = CastCached(map, origin_W, direction_W, arguments.range_m);
+    answer = AnswersInVoxels(map, origin_W, direction_W, arguments.range_m);
   } else if (arguments.method == "direct") {
-    answer = CastByPoints(map, map, origin_W, direction_W, arguments.range_m);
+    answer = AnswersAtSteps(map, origin_W, direction_W, arguments.range_m);
   } else {
     Algorithm1Map algorithm1(stored.voxel_size_m, SensorModel(stored.sensor_model));
     for (const SubmapPtr& submap : stored.submaps)
       algorithm1.Place(submap, stored.X_WM.at(submap->id()));
-    answer = CastByPoints(map, algorithm1, origin_W, direction_W, arguments.range_m);
+    answer = AnswersAtSteps(algorithm1, origin_W, direction_W, arguments.range_m);
   }
   const bool is_hit = !answer.log_odds.empty() && map.IsOccupied(answer.log_odds.back());
   const double hit_m = is_hit ? (answer.points_W.back() - origin_W).norm() : 0;

@@ -10,6 +10,8 @@ if(VOG_SANITIZE)
   target_compile_options(vog_flags INTERFACE -fsanitize=${VOG_SANITIZE} -fno-omit-frame-pointer
                          -fno-sanitize-recover=all)
   target_link_options(vog_flags INTERFACE -fsanitize=${VOG_SANITIZE})
+  # Debian's Ceres gets memory from malloc; under AddressSanitizer Eigen would free it its own way.
+  target_compile_definitions(vog_flags INTERFACE EIGEN_MALLOC_ALREADY_ALIGNED=1)
 endif()
 
 # vog_lcmtypes(NAME): every file of lcmtypes/ becomes a header vog/FILE.hpp of library NAME.
@@ -18,8 +20,10 @@ function(vog_lcmtypes name)
   foreach(source ${sources})
     get_filename_component(type ${source} NAME_WE)
     set(header ${PROJECT_BINARY_DIR}/lcmtypes/vog/${type}.hpp)
-    add_custom_command(OUTPUT ${header} DEPENDS ${source}
-      COMMAND lcm-gen --cpp --cpp-hpath ${PROJECT_BINARY_DIR}/lcmtypes ${source})
+    set(check_lengths ${PROJECT_SOURCE_DIR}/cmake/check_lengths.sed)
+    add_custom_command(OUTPUT ${header} DEPENDS ${source} ${check_lengths}
+      COMMAND lcm-gen --cpp --cpp-hpath ${PROJECT_BINARY_DIR}/lcmtypes ${source}
+      COMMAND sed -E -i -f ${check_lengths} ${header})
     list(APPEND headers ${header})
   endforeach()
   add_custom_target(${name}_headers DEPENDS ${headers})

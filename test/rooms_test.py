@@ -14,8 +14,8 @@ INCLUDE = re.compile(r'^\s*#\s*include\s*["<]([^">]+)[">]')
 
 
 def room_of(path):
-    top, _, rest = path.partition("/")
-    return "lcmtypes" if top == "vog" else f"{top}/{rest.partition('/')[0]}"
+    parts = path.split("/")
+    return "lcmtypes" if parts[0] == "vog" else "/".join(parts[:2][:len(parts) - 1])
 
 
 def matches(path, patterns):

@@ -116,6 +116,14 @@ TEST(ConfigTest, UnknownKeysAndTablesAreNamed) {
   EXPECT_EQ(ErrorOf([] { Read("kinds = 5\n"); }), "a.toml:1: kinds must be a table: write [kinds]");
 }
 
+TEST(ConfigTest, UnknownTablesWithinTablesAreNamed) {
+  const std::string_view known[] = {"kinds", "scene", "scene.tank"};
+  Config::Parse("[scene.tank]\nx = 1\n[kinds]\n", "a.toml").RejectUnknownTables(known);
+  const Config config = Config::Parse("[scene]\nx = 1\n[scene.tnak]\ny = 1\n", "a.toml");
+  EXPECT_EQ(ErrorOf([&] { config.RejectUnknownTables(known); }),
+            "a.toml:3: unknown table [scene.tnak]; known tables: kinds scene scene.tank");
+}
+
 TEST(ConfigTest, BrokenTomlNamesItsLine) {
   for (const char* text : {"[kinds]\ncount = \n", "[kinds]\ncount 3\n", "[kinds]\n[kinds\n",
                            "[kinds]\ncount = 1 2\n", "[kinds]\nname = \"x\n"}) {

@@ -49,19 +49,18 @@ LcmBus::LcmBus(const BusOptions& options)
 }
 
 void LcmBus::CheckLoopback() {
-  struct Echo {
-    bool heard = false;
-    void OnMessage(const lcm::ReceiveBuffer*, const std::string&) { heard = true; }
-  } echo;
+  bool heard = false;
   const std::string channel = "VOG_SELF_TEST";
-  lcm::Subscription* const subscription = lcm_.subscribe(channel, &Echo::OnMessage, &echo);
+  lcm::Subscription* const subscription = lcm_.subscribeFunction(
+      channel, +[](const lcm::ReceiveBuffer*, const std::string&, bool* echo) { *echo = true; },
+      &heard);
   constexpr int kAttempts = 20;
-  for (int i = 0; i < kAttempts && !echo.heard; ++i) {
+  for (int i = 0; i < kAttempts && !heard; ++i) {
     lcm_.publish(channel, "", 0);
     lcm_.handleTimeout(50);
   }
   lcm_.unsubscribe(subscription);
-  if (!echo.heard)
+  if (!heard)
     throw SystemError("LCM does not hear itself on " + options_.url +
                       ": no multicast route? As root: ip link set lo multicast on; "
                       "ip route add 239.0.0.0/8 dev lo");
@@ -118,25 +117,29 @@ void LcmBus::Guard(Handle handle) {
 
 void LcmBus::Subscribe(const std::string& channel, Handler handler) {
   subscriptions_.push_back({this, std::move(handler)});
-  lcm_.subscribe(options_.channel_prefix + channel, &Subscription::OnMessage,
-                 &subscriptions_.back())
+  lcm_.subscribeFunction(options_.channel_prefix + channel, &Subscription::OnMessage,
+                         &subscriptions_.back())
       ->setQueueCapacity(kQueueCapacity);
 }
 
 void LcmBus::SubscribeAll(std::function<void(Time, const std::string&, Bytes)> handler) {
   listeners_.push_back({this, std::move(handler)});
-  lcm_.subscribe(options_.channel_prefix + ".*", &Listener::OnMessage, &listeners_.back())
+  lcm_.subscribeFunction(options_.channel_prefix + ".*", &Listener::OnMessage, &listeners_.back())
       ->setQueueCapacity(kQueueCapacity);
 }
 
-void LcmBus::Subscription::OnMessage(const lcm::ReceiveBuffer* buffer, const std::string&) {
-  bus->Guard([&] { handler(bus->VehicleTime(BytesOf(buffer)), BytesOf(buffer)); });
+void LcmBus::Subscription::OnMessage(const lcm::ReceiveBuffer* buffer, const std::string&,
+                                     Subscription* self) {
+  LcmBus& bus = *self->bus;
+  bus.Guard([&] { self->handler(bus.VehicleTime(BytesOf(buffer)), BytesOf(buffer)); });
 }
 
-void LcmBus::Listener::OnMessage(const lcm::ReceiveBuffer* buffer, const std::string& channel) {
-  bus->Guard([&] {
-    handler(bus->VehicleTime(BytesOf(buffer)), channel.substr(bus->options_.channel_prefix.size()),
-            BytesOf(buffer));
+void LcmBus::Listener::OnMessage(const lcm::ReceiveBuffer* buffer, const std::string& channel,
+                                 Listener* self) {
+  LcmBus& bus = *self->bus;
+  bus.Guard([&] {
+    self->handler(bus.VehicleTime(BytesOf(buffer)),
+                  channel.substr(bus.options_.channel_prefix.size()), BytesOf(buffer));
   });
 }
 

@@ -59,15 +59,19 @@ class LcmBus final : public Bus {
   void Flush();
 
  private:
+  // Their handlers are plain functions: GCC's sanitizer misreads LCM's calls through pointers to
+  // members.
   struct Subscription {
     LcmBus* bus;
     Handler handler;
-    void OnMessage(const lcm::ReceiveBuffer* buffer, const std::string& channel);
+    static void OnMessage(const lcm::ReceiveBuffer* buffer, const std::string& channel,
+                          Subscription* self);
   };
   struct Listener {
     LcmBus* bus;
     std::function<void(Time, const std::string&, Bytes)> handler;
-    void OnMessage(const lcm::ReceiveBuffer* buffer, const std::string& channel);
+    static void OnMessage(const lcm::ReceiveBuffer* buffer, const std::string& channel,
+                          Listener* self);
   };
   struct Timer {
     Time next;

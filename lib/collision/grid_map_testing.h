@@ -1,0 +1,71 @@
+#pragma once
+
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "lib/occupancy/occupancy_map.h"
+
+/// A map for tests.
+namespace vog {
+
+/// Whatever voxels it is told; all others are unknown.
+class GridMap final : public OccupancyMap {
+ public:
+  static constexpr float kOccupied = 2, kFree = -2;
+
+  explicit GridMap(double voxel_size_m) : OccupancyMap(voxel_size_m, 0) {}
+
+  void Set(const VoxelKey& key, float log_odds) {
+    log_odds_[key] = log_odds;
+    ++revision_;
+  }
+  void Fill(const VoxelBox& box, float log_odds) {
+    ForEachVoxel(box, [&](const VoxelKey& key) { Set(key, log_odds); });
+  }
+  float Get(const VoxelKey& key) const {
+    const auto found = log_odds_.find(key);
+    return found == log_odds_.end() ? kUnknownLogOdds : found->second;
+  }
+
+  /// Gives each occupied voxel the sigma that `draw()` returns.
+  template <class Draw>
+  void SetSigmas(Draw draw) {
+    for (const auto& [key, log_odds] : log_odds_) {
+      if (!IsOccupied(log_odds)) continue;
+      sigma_m_[key] = static_cast<float>(draw());
+      max_sigma_m_ = std::max<double>(max_sigma_m_, sigma_m_[key]);
+    }
+  }
+  double SigmaAt(const VoxelKey& key) const {
+    const auto found = sigma_m_.find(key);
+    return found == sigma_m_.end() ? 0 : found->second;
+  }
+
+  void LogOddsAt(std::span<const Vec3> points_W, std::span<float> log_odds) const override {
+    for (std::size_t i = 0; i < points_W.size(); ++i) log_odds[i] = Get(grid().KeyOf(points_W[i]));
+  }
+  void LogOddsOf(std::span<const VoxelKey> voxels, std::span<float> log_odds) const override {
+    ReadVoxels(voxels, log_odds, [this](const VoxelKey& key) { return Get(key); });
+  }
+  void LogOddsIn(const VoxelBox& box, std::vector<float>& log_odds) const override {
+    ReadBox(box, log_odds, [this](const VoxelKey& key) { return Get(key); });
+  }
+  void CastRay(const Vec3& origin_W, const Vec3& direction_W, double range_m,
+               std::vector<RayVoxel>& ray) const override {
+    WalkRay(origin_W, direction_W, range_m, ray, [this](const VoxelKey& key) { return Get(key); });
+  }
+  void SigmaOf(std::span<const VoxelKey> voxels, std::span<float> sigma_m) const override {
+    for (std::size_t i = 0; i < voxels.size(); ++i)
+      sigma_m[i] = static_cast<float>(SigmaAt(voxels[i]));
+  }
+  double max_sigma_m() const override { return max_sigma_m_; }
+  std::int64_t revision() const override { return revision_; }
+
+ private:
+  std::unordered_map<VoxelKey, float> log_odds_, sigma_m_;
+  double max_sigma_m_ = 0;
+  std::int64_t revision_ = 0;
+};
+
+}  // namespace vog

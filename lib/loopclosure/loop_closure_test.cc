@@ -1,0 +1,236 @@
+#include "lib/loopclosure/loop_closure.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+
+#include "lib/loopclosure/submaps_testing.h"
+
+namespace vog {
+namespace {
+
+const IcpOptions kIcp;
+
+SubmapShape ShapeOf(const SubmapPtr& submap, const LoopClosureOptions& options = {}) {
+  return SubmapShape(submap, 0, options, kIcp);
+}
+
+Mat6 Diagonal(double sigma_m, double sigma_yaw_rad) {
+  return Twist(sigma_m * sigma_m, sigma_m * sigma_m, 1e-4, 1e-5, 1e-5,
+               sigma_yaw_rad * sigma_yaw_rad)
+      .asDiagonal();
+}
+
+/// Two views of the room from places a metre or so apart.
+class LoopClosureTest : public testing::Test {
+ protected:
+  LoopClosure Close(const Pose3& predicted_X_ik, const Mat6& covariance) const {
+    return CloseLoop(options_, kIcp, ShapeOf(target_), ShapeOf(source_), predicted_X_ik,
+                     covariance);
+  }
+
+  const Pose3 X_Wi_ = MakePose({-0.5, 0.3, 0}, {0, 0, 0.4});
+  const Pose3 X_Wk_ = MakePose({0.6, -0.4, 0}, {0, 0, -0.5});
+  const Pose3 X_ik_ = Ominus(X_Wi_, X_Wk_);
+  std::shared_ptr<Submap> target_ = SubmapOf(3, FurnishedRoom(), X_Wi_);
+  std::shared_ptr<Submap> source_ = SubmapOf(9, FurnishedRoom(), X_Wk_);
+  LoopClosureOptions options_;
+};
+
+TEST(ChiSquareTest, HoldsInNinetyNineOfAHundredCases) {
+  Random random(1, "chi");
+  constexpr int kRuns = 40000;
+  for (int degrees = 1; degrees <= 6; ++degrees) {
+    int below = 0;
+    for (int i = 0; i < kRuns; ++i) {
+      double chi_square = 0;
+      for (int d = 0; d < degrees; ++d) chi_square += std::pow(random.Gaussian(1), 2);
+      below += chi_square < ChiSquare99(degrees);
+    }
+    EXPECT_NEAR(below / static_cast<double>(kRuns), 0.99, 0.002) << degrees;
+  }
+}
+
+TEST_F(LoopClosureTest, PredictedOverlapIsTheBruteForceShare) {
+  Random random(2, "overlap");
+  const SubmapShape target = ShapeOf(target_), source = ShapeOf(source_);
+  for (int i = 0; i < 4; ++i) {
+    const Pose3 X_ik = RandomMotion(Twist(4, 4, 0.5, 0, 0, 3), random);
+    int shared = 0;
+    for (const Vec3& p_k : source.cloud.points()) {
+      const VoxelKey a = target.cells.KeyOf(X_ik * p_k);
+      shared += std::any_of(
+          target.cloud.points().begin(), target.cloud.points().end(), [&](const Vec3& p_i) {
+            const VoxelKey b = target.cells.KeyOf(p_i);
+            return std::abs(a.x - b.x) <= 1 && std::abs(a.y - b.y) <= 1 && std::abs(a.z - b.z) <= 1;
+          });
+    }
+    EXPECT_DOUBLE_EQ(PredictOverlap(target, source, X_ik),
+                     shared / static_cast<double>(source.cloud.size()));
+  }
+  EXPECT_EQ(PredictOverlap(target, target, Pose3::Identity()), 1);
+  EXPECT_EQ(PredictOverlap(target, source, MakePose({100, 0, 0})), 0);
+  EXPECT_EQ(PredictOverlap(target, ShapeOf(SubmapOf(1, {}, X_Wi_)), Pose3::Identity()), 0);
+}
+
+TEST_F(LoopClosureTest, CandidatesAreTheBestOverlapsFarEnoughApart) {
+  std::vector<std::unique_ptr<SubmapShape>> shapes;
+  std::vector<const SubmapShape*> targets;
+  std::vector<Pose3> X_ik;
+  const SubmapShape source = ShapeOf(source_);
+  for (SubmapId id = 0; id < 9; ++id) {
+    const Pose3 X_Wi = MakePose({1.4 * id - 4, 0.2 * id, 0}, {0, 0, 0.1 * id});
+    shapes.push_back(
+        std::make_unique<SubmapShape>(SubmapOf(id, FurnishedRoom(), X_Wi, 3), 0, options_, kIcp));
+    targets.push_back(shapes.back().get());
+    X_ik.push_back(Ominus(X_Wi, X_Wk_));
+  }
+  options_.min_separation = 3;
+  options_.max_candidates = 2;
+  options_.min_predicted_overlap = 0.05;
+  const auto candidates = FindCandidates(options_, targets, source, X_ik);
+  ASSERT_EQ(candidates.size(), 2u);
+  // By hand: all far enough, sorted, cut.
+  std::vector<std::pair<double, SubmapId>> expected;
+  for (int i = 0; i < 9; ++i) {
+    const double overlap = PredictOverlap(*targets[i], source, X_ik[i]);
+    if (source.id - i >= 3 && overlap >= 0.05) expected.emplace_back(-overlap, i);
+  }
+  ASSERT_GT(expected.size(), 2u);
+  std::stable_sort(expected.begin(), expected.end());
+  for (int c = 0; c < 2; ++c) {
+    EXPECT_EQ(candidates[c].id, expected[c].second);
+    EXPECT_EQ(candidates[c].predicted_overlap, -expected[c].first);
+  }
+  options_.max_candidates = 0;
+  EXPECT_TRUE(FindCandidates(options_, targets, source, X_ik).empty());
+  options_.max_candidates = 4;
+  options_.min_predicted_overlap = 1;
+  EXPECT_TRUE(FindCandidates(options_, targets, source, X_ik).empty());
+}
+
+TEST_F(LoopClosureTest, AcceptsWhatThePredictionAllowsAndMeasuresIt) {
+  Random random(3, "closure");
+  for (int i = 0; i < 5; ++i) {
+    const Pose3 predicted = X_ik_ * RandomMotion(Twist(0.3, 0.3, 0, 0, 0, 0.08), random);
+    const LoopClosure closure = Close(predicted, Diagonal(0.3, 0.08));
+    ASSERT_TRUE(closure.accepted) << closure.reason;
+    EXPECT_EQ(closure.from, 3);
+    EXPECT_EQ(closure.to, 9);
+    EXPECT_EQ(closure.constraint.from, 3);
+    EXPECT_EQ(closure.constraint.to, 9);
+    EXPECT_EQ(closure.constraint.kind, ConstraintKind::kFullClosure);
+    EXPECT_EQ(closure.directions, 3);
+    const Vec6 error = Log(Ominus(X_ik_, closure.constraint.X_ik));
+    EXPECT_LT(error.head<2>().norm(), 0.03);
+    EXPECT_LT(std::abs(error[5]), 0.01);
+    EXPECT_LT((closure.constraint.whitening * error).squaredNorm(), ChiSquare99(3));
+  }
+}
+
+TEST_F(LoopClosureTest, RejectsWhatContradictsTheGraph) {
+  // The content says half a metre more than the graph, which is sure of 5 cm.
+  const Pose3 predicted = X_ik_ * Exp(Twist(0.4, -0.3, 0, 0, 0, 0));
+  const LoopClosure closure = Close(predicted, Diagonal(0.05, 0.02));
+  EXPECT_FALSE(closure.accepted);
+  EXPECT_EQ(closure.reason, "contradicts the graph");
+  EXPECT_GT(closure.chi_square, ChiSquare99(3));
+  EXPECT_TRUE(Close(predicted, Diagonal(0.3, 0.05)).accepted);
+}
+
+TEST_F(LoopClosureTest, DoesNotAcceptAClosureThatIsAMetreOff) {
+  for (const double angle : {0.0, 1.0, 2.0, 3.0, 4.0, 5.0}) {
+    const Pose3 predicted = X_ik_ * Exp(Twist(std::cos(angle), std::sin(angle), 0, 0, 0, 0));
+    EXPECT_FALSE(Close(predicted, Diagonal(0.1, 0.02)).accepted) << angle;
+  }
+}
+
+// Literal form: innovation against the sum of all three covariances.
+TEST_F(LoopClosureTest, ChiSquareIsThatOfTheInnovation) {
+  target_->drift = Vec3(0.02, 0.01, 0.001).asDiagonal();
+  source_->drift = Vec3(0.005, 0.03, 0.002).asDiagonal();
+  const Pose3 predicted = X_ik_ * Exp(Twist(0.1, -0.05, 0, 0, 0, 0.02));
+  const Mat6 P = Diagonal(0.1, 0.02);
+  const LoopClosure closure = Close(predicted, P);
+  const SubmapShape target = ShapeOf(target_), source = ShapeOf(source_);
+  const IcpResult icp = Register(kIcp, target.cloud, source.cloud, predicted);
+  const auto planar = [](const Mat6& full) {
+    constexpr int kIndex[3] = {0, 1, 5};
+    Mat3 part;
+    for (int row = 0; row < 3; ++row)
+      for (int col = 0; col < 3; ++col) part(row, col) = full(kIndex[row], kIndex[col]);
+    return part;
+  };
+  Mat6 drift_i = Mat6::Zero();
+  drift_i.diagonal() = Twist(0.02, 0.01, 0, 0, 0, 0.001);
+  const Mat6 Ad = AdjointOf(icp.X_ik.inverse());
+  const Mat3 drift = (planar(Ad * drift_i * Ad.transpose()) + source_->drift) / 3;
+  const Vec6 xi = Log(Ominus(icp.X_ik, predicted));
+  const Vec3 innovation(xi[0], xi[1], xi[5]);
+  const Mat3 S = planar(icp.covariance) + drift + planar(P);
+  EXPECT_NEAR(closure.chi_square, innovation.dot(S.inverse() * innovation), 1e-6);
+  const Mat3 information = planar(closure.constraint.Information());
+  EXPECT_LT((information * (planar(icp.covariance) + drift) - Mat3::Identity()).norm(), 1e-6);
+}
+
+TEST_F(LoopClosureTest, AWallAloneIsAPartialClosure) {
+  const std::vector<Rectangle> wall = {{{2, -4, -1}, {0, 8, 0}, {0, 0, 2}}};
+  target_ = SubmapOf(3, wall, Pose3::Identity());
+  source_ = SubmapOf(9, wall, MakePose({0.2, 0.3, 0}));
+  const Pose3 X_ik = MakePose({0.2, 0.3, 0});
+  const LoopClosure closure =
+      Close(X_ik * Exp(Twist(0.1, 0.2, 0, 0, 0, 0.02)), Diagonal(0.2, 0.05));
+  ASSERT_TRUE(closure.accepted) << closure.reason;
+  EXPECT_EQ(closure.constraint.kind, ConstraintKind::kPartialClosure);
+  EXPECT_EQ(closure.directions, 2);
+  EXPECT_EQ(closure.constraint.whitening.rows(), 2);
+  const Mat6 information = closure.constraint.Information();
+  EXPECT_GT(information(0, 0), 100);
+  EXPECT_LT(information(1, 1), 1e-3 * information(0, 0)) << "along the wall";
+  EXPECT_NEAR(closure.constraint.X_ik.translation().x(), 0.2, 0.06);  // Half a voxel.
+
+  options_.min_directions = 3;
+  const LoopClosure refused = Close(X_ik, Diagonal(0.2, 0.05));
+  EXPECT_FALSE(refused.accepted);
+  EXPECT_EQ(refused.reason, "too few directions");
+}
+
+TEST_F(LoopClosureTest, RejectsSmallOverlap) {
+  source_ = SubmapOf(9, {{{2, -4, -1}, {0, 8, 0}, {0, 0, 2}}, {{-4, 2, -1}, {6, 0, 0}, {0, 0, 2}}},
+                     Pose3::Identity());
+  target_ = SubmapOf(3, {{{2, -4, -1}, {0, 8, 0}, {0, 0, 2}}, {{1, 2, -1}, {1, 0, 0}, {0, 0, 2}}},
+                     Pose3::Identity());
+  options_.min_overlap = 0.95;
+  const LoopClosure closure = Close(Pose3::Identity(), Diagonal(0.2, 0.05));
+  EXPECT_FALSE(closure.accepted);
+  EXPECT_EQ(closure.reason, "small overlap");
+  EXPECT_LT(closure.overlap, 0.95);
+  options_.min_overlap = 0.3;
+  EXPECT_TRUE(Close(Pose3::Identity(), Diagonal(0.2, 0.05)).accepted);
+}
+
+TEST_F(LoopClosureTest, RejectsALargeResidual) {
+  options_.max_rmse_m = 0.01;
+  const LoopClosure closure = Close(X_ik_, Diagonal(0.2, 0.05));
+  EXPECT_FALSE(closure.accepted);
+  EXPECT_EQ(closure.reason, "large residual");
+  EXPECT_GT(closure.rmse_m, 0.01);
+}
+
+TEST_F(LoopClosureTest, RejectsWhatCannotBeRegistered) {
+  source_ = SubmapOf(9, {}, X_Wk_);
+  const LoopClosure closure = Close(X_ik_, Diagonal(0.2, 0.05));
+  EXPECT_FALSE(closure.accepted);
+  EXPECT_EQ(closure.reason, "no registration");
+}
+
+TEST_F(LoopClosureTest, IsolatedVoxelsAreNoise) {
+  for (int i = 0; i < 20; ++i) source_->grid.At({10 * i - 100, 3 * i, 4}) = kOccupiedUnits;
+  options_.min_neighbours = 0;
+  const std::size_t all = ShapeOf(source_, options_).cloud.size();
+  options_.min_neighbours = 3;
+  EXPECT_LE(ShapeOf(source_, options_).cloud.size(), all - 18);
+}
+
+}  // namespace
+}  // namespace vog

@@ -1,0 +1,189 @@
+#include "lib/navigation/dead_reckoning.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace vog {
+namespace {
+
+constexpr std::int64_t kSegment = 9;
+
+Time At(double s) { return Time(FromSeconds(s)); }
+
+/// Runs a DeadReckoner over instruments without noise that move at `velocity_B_m_s` and
+/// `yaw_rate_rad_s`, at `rate_hz`.
+class Course {
+ public:
+  explicit Course(const DeadReckoningOptions& options = {}) : dut_(options, kSegment) {}
+
+  OdometrySample Run(double seconds, double rate_hz) {
+    std::optional<OdometrySample> newest;
+    const int steps = static_cast<int>(std::lround(seconds * rate_hz));
+    for (int i = 0; i <= steps; ++i) {
+      const Time time = start_ + FromSeconds(i / rate_hz);
+      if (has_dvl) dut_.Add(DvlRecord{time, 0, velocity_B_m_s, true});
+      dut_.Add(DepthRecord{time, 0, depth_m});
+      if (const auto sample = dut_.Add(ImuRecord{time, 0, roll_rad, pitch_rad, RatesB()}))
+        newest = sample;
+    }
+    start_ = start_ + FromSeconds(seconds);
+    return newest.value();
+  }
+
+  DeadReckoner& dut() { return dut_; }
+
+  Vec3 velocity_B_m_s = Vec3::Zero();
+  double yaw_rate_rad_s = 0, roll_rad = 0, pitch_rad = 0, depth_m = 3;
+  bool has_dvl = true;
+
+ private:
+  /// Body rates of a turn about the vertical.
+  Vec3 RatesB() const {
+    return MakePose(Vec3::Zero(), {roll_rad, pitch_rad, 0}).linear().transpose() *
+           Vec3(0, 0, yaw_rate_rad_s);
+  }
+
+  DeadReckoner dut_;
+  Time start_{};
+};
+
+TEST(DeadReckonerTest, AStraightCourseIsExact) {
+  Course course;
+  course.velocity_B_m_s = {0.2, -0.1, 0};
+  const OdometrySample end = course.Run(20, 10);
+  EXPECT_TRUE(end.X_OB.isApprox(MakePose({4, -2, -3}), 1e-9));
+  EXPECT_EQ(end.time, At(20));
+  EXPECT_EQ(end.segment, kSegment);
+  EXPECT_EQ(end.velocity_B_m_s, course.velocity_B_m_s);
+}
+
+TEST(DeadReckonerTest, ACircleComesCloserTheShorterTheSteps) {
+  const double v = 0.25, w = 0.15, seconds = 30;
+  const Vec3 analytic(v / w * std::sin(w * seconds), v / w * (1 - std::cos(w * seconds)), -3);
+  double before_m = 1e9;
+  for (const double rate_hz : {5.0, 10.0, 20.0, 40.0}) {
+    Course course;
+    course.velocity_B_m_s = {v, 0, 0};
+    course.yaw_rate_rad_s = w;
+    const OdometrySample end = course.Run(seconds, rate_hz);
+    const double error_m = (end.X_OB.translation() - analytic).norm();
+    EXPECT_LT(error_m, 0.6 * before_m);
+    EXPECT_LT(error_m, v * seconds * w / rate_hz);
+    EXPECT_NEAR(YawOf(end.X_OB), WrapAngle(w * seconds), 1e-9);
+    EXPECT_NEAR(end.yaw_rate_rad_s, w, 1e-12);
+    before_m = error_m;
+  }
+}
+
+TEST(DeadReckonerTest, ATiltedBodyTurnsAboutTheVertical) {
+  Course course;
+  course.roll_rad = 0.2;
+  course.pitch_rad = -0.3;
+  course.yaw_rate_rad_s = 0.1;
+  const OdometrySample end = course.Run(10, 20);
+  const RollPitchYaw angles = AnglesOf(end.X_OB);
+  EXPECT_NEAR(angles.roll, 0.2, 1e-9);
+  EXPECT_NEAR(angles.pitch, -0.3, 1e-9);
+  EXPECT_NEAR(angles.yaw, 1, 1e-9);
+}
+
+TEST(DeadReckonerTest, DepthCorrectsTheHeight) {
+  Course course;
+  course.Run(1, 10);
+  course.depth_m = 4;  // A jump, of which each reading takes its share.
+  EXPECT_NEAR(course.Run(0.1, 10).X_OB.translation().z(), -3 - (1 - 0.8 * 0.8), 1e-9);
+  EXPECT_NEAR(course.Run(20, 10).X_OB.translation().z(), -4, 1e-6);
+}
+
+TEST(DeadReckonerTest, WithoutLockItStandsStillAndKnowsLessAndLess) {
+  Course with_lock, without_lock;
+  for (Course* course : {&with_lock, &without_lock}) {
+    course->velocity_B_m_s = {0.2, 0, 0};
+    course->Run(10, 10);
+  }
+  without_lock.has_dvl = false;
+  const double x_m = without_lock.Run(1, 10).X_OB.translation().x();
+  EXPECT_NEAR(x_m, 2.2, 0.03);  // The last velocity holds for a while.
+  const OdometrySample lost = without_lock.Run(10, 10);
+  EXPECT_NEAR(lost.X_OB.translation().x(), x_m, 0.03);
+  EXPECT_TRUE(lost.velocity_B_m_s.isZero());
+  EXPECT_GT(lost.covariance(0, 0), 10 * with_lock.Run(11, 10).covariance(0, 0));
+  without_lock.dut().Add(DvlRecord{At(21), 0, {5, 5, 5}, false});  // Says of itself it has no lock.
+  EXPECT_NEAR(without_lock.Run(1, 10).X_OB.translation().x(), x_m, 0.03);
+}
+
+TEST(DeadReckonerTest, TheCovarianceGrowsAsItsOptionsSay) {
+  const DeadReckoningOptions options;
+  Course course(options);
+  const OdometrySample end = course.Run(100, 10);  // Standing still: no lever.
+  const double moved = std::pow(options.dvl_sigma_m_s, 2) * options.dvl_period_s * 100;
+  const double turned = std::pow(options.gyro_noise_rad_rt_s, 2) * 100;
+  EXPECT_TRUE(end.covariance.isApprox(Mat3(Vec3(moved, moved, turned).asDiagonal()), 1e-9));
+  // A faster gyro does not make it smaller or larger.
+  EXPECT_TRUE(Course(options).Run(100, 50).covariance.isApprox(end.covariance, 1e-9));
+}
+
+TEST(DeadReckonerTest, StartsWithADepthAtTheFix) {
+  DeadReckoner dut(DeadReckoningOptions{}, kSegment);
+  EXPECT_FALSE(dut.Add(ImuRecord{At(0), 0, 0, 0, Vec3::Zero()}));  // No depth yet.
+  dut.SetFix(MakePose({10, 20, -5}, {0, 0, 1}));
+  dut.Add(DepthRecord{At(0.1), 0, 2});
+  EXPECT_FALSE(dut.Add(ImuRecord{At(0.2), 0, 0, 0, Vec3::Zero()}));  // This one starts it.
+  dut.SetFix(MakePose({99, 99, 99}));                                // Too late.
+  const auto sample = dut.Add(ImuRecord{At(0.3), 0, 0, 0, Vec3::Zero()});
+  ASSERT_TRUE(sample);
+  EXPECT_TRUE(sample->X_OB.isApprox(MakePose({10, 20, -2}, {0, 0, 1}), 1e-9));
+}
+
+TEST(DeadReckonerTest, LateRecordsOfTheGyroAreLeftOut) {
+  Course course;
+  course.velocity_B_m_s = {0.2, 0, 0};
+  course.Run(5, 10);
+  for (const double s : {5.0, 4.0, 0.0})
+    EXPECT_FALSE(course.dut().Add(ImuRecord{At(s), 0, 0, 0, Vec3(0, 0, 100)}));
+  EXPECT_NEAR(YawOf(course.Run(1, 10).X_OB), 0, 1e-12);
+}
+
+TEST(VehicleNavTrackerTest, TakesPosesAsTheyAre) {
+  VehicleNavTracker dut(DriftOptions{}, 0.2, kSegment);
+  const Pose3 X_OB = MakePose({1, 2, -3}, {0.1, 0.2, 0.3});
+  const OdometrySample sample = dut.Add({At(5), 0, X_OB, {0.1, 0, 0}, 0.05});
+  EXPECT_TRUE(sample.X_OB.isApprox(X_OB, 0));
+  EXPECT_TRUE(sample.covariance.isZero());
+  EXPECT_EQ(sample.time, At(5));
+  EXPECT_EQ(sample.segment, kSegment);
+  EXPECT_EQ(sample.velocity_B_m_s, Vec3(0.1, 0, 0));
+  EXPECT_EQ(sample.yaw_rate_rad_s, 0.05);
+}
+
+TEST(VehicleNavTrackerTest, TheDriftOfAScanIsEquation8sWhateverTheRateOfTheNavigation) {
+  for (const DriftScaling scaling : {DriftScaling::kLiteral, DriftScaling::kRandomWalk}) {
+    DriftOptions drift;
+    drift.scaling = scaling;
+    for (const double rate_hz : {2.0, 5.0, 50.0}) {
+      VehicleNavTracker dut(drift, 0.2, kSegment);
+      OdometrySample end;
+      for (int i = 0; i <= 20 * rate_hz; ++i)
+        end = dut.Add({At(i / rate_hz), 0, Pose3::Identity(), {}, 0});
+      EXPECT_TRUE(end.covariance.isApprox(100 * drift.StepCovariance(0.2), 1e-6)) << rate_hz;
+    }
+  }
+}
+
+TEST(VehicleNavTrackerTest, AnErrorInYawMovesWhatFollows) {
+  DriftOptions drift;
+  VehicleNavTracker dut(drift, 0.2, kSegment);
+  OdometrySample end;
+  for (int i = 0; i <= 100; ++i) end = dut.Add({At(0.2 * i), 0, MakePose({0.05 * i, 0, 0}), {}, 0});
+  // Straight ahead, the yaw noise of step i acts on y over the rest of the way.
+  const Mat3 step = drift.StepCovariance(0.2);
+  double lever2_m2 = 0;
+  for (int i = 1; i <= 100; ++i) lever2_m2 += std::pow(0.05 * (100 - i), 2);
+  EXPECT_NEAR(end.covariance(0, 0), 100 * step(0, 0), 1e-12);
+  EXPECT_NEAR(end.covariance(1, 1), 100 * step(1, 1) + lever2_m2 * step(2, 2), 1e-12);
+  EXPECT_GT(end.covariance(1, 2), 0);
+}
+
+}  // namespace
+}  // namespace vog

@@ -1,0 +1,195 @@
+#include "lib/slam/slam.h"
+
+#include <gtest/gtest.h>
+
+#include "lib/loopclosure/submaps_testing.h"
+
+namespace vog {
+namespace {
+
+constexpr double kSigma_m = 0.06, kSigmaYaw_rad = 0.02;
+
+/// Twice around the room, with an odometry that drifts from base to base.
+struct Mission {
+  explicit Mission(int seed, int count = 16, double sigma_m = kSigma_m,
+                   double sigma_yaw_rad = kSigmaYaw_rad) {
+    Random random(static_cast<std::uint64_t>(seed), "mission");
+    Pose3 X_OM;
+    for (SubmapId id = 0; id < count; ++id) {
+      const double angle = 4 * EIGEN_PI * id / count;
+      X_WM.push_back(MakePose({2 * std::cos(angle), 1.5 * std::sin(angle), 0.1 * std::sin(angle)},
+                              {0.02, -0.01, WrapAngle(angle)}));
+      auto submap = SubmapOf(id, FurnishedRoom(), X_WM.back());
+      Vec6 drift = Vec6::Zero();
+      drift[0] = random.Gaussian(sigma_m);
+      drift[1] = random.Gaussian(sigma_m);
+      drift[5] = random.Gaussian(sigma_yaw_rad);
+      if (id == 0) {
+        X_OM = X_WM[0];
+      } else {
+        submap->base.edge.X_PM = Ominus(X_WM[id - 1], X_WM[id]) * Exp(drift);
+        // Height and attitude do not drift.
+        const Pose3 reckoned = X_OM * submap->base.edge.X_PM;
+        const RollPitchYaw angles = AnglesOf(X_WM[id]);
+        X_OM = MakePose(
+            {reckoned.translation().x(), reckoned.translation().y(), X_WM[id].translation().z()},
+            {angles.roll, angles.pitch, YawOf(reckoned)});
+        submap->base.edge.X_PM = Ominus(submaps.back()->base.odometry.X_OB, X_OM);
+      }
+      submap->base.edge.covariance = Twist(sigma_m * sigma_m, sigma_m * sigma_m, 2e-4, 2e-5, 2e-5,
+                                           sigma_yaw_rad * sigma_yaw_rad)
+                                         .asDiagonal();
+      submap->base.odometry.X_OB = X_OM;
+      submaps.push_back(submap);
+    }
+  }
+
+  /// Mean horizontal distance of the bases from where they truly are.
+  double ErrorOf(const std::map<NodeId, Pose3>& poses) const {
+    double sum = 0;
+    for (const auto& [id, X] : poses)
+      sum += (X.translation() - X_WM[id].translation()).head<2>().norm();
+    return sum / static_cast<double>(poses.size());
+  }
+  std::map<NodeId, Pose3> Odometry() const {
+    std::map<NodeId, Pose3> poses;
+    for (const auto& submap : submaps) poses[submap->id()] = submap->base.odometry.X_OB;
+    return poses;
+  }
+
+  std::vector<Pose3> X_WM;
+  std::vector<std::shared_ptr<Submap>> submaps;
+};
+
+std::unique_ptr<Slam> SlamOf(const Mission& mission, SlamSettings settings = {}) {
+  settings.loop_closure.max_candidates = 6;
+  auto slam = std::make_unique<Slam>(settings);
+  for (const auto& submap : mission.submaps) slam->AddSubmap(submap);
+  return slam;
+}
+
+int Accepted(const Slam& slam) {
+  return static_cast<int>(
+      std::count_if(slam.closures().begin(), slam.closures().end(),
+                    [](const Slam::Closure& closure) { return closure.loop.accepted; }));
+}
+
+TEST(SlamTest, EndsMuchNearerToTheTruthThanItsOdometry) {
+  for (int seed = 0; seed < 2; ++seed) {
+    const Mission mission(seed);
+    const auto slam = SlamOf(mission);
+    EXPECT_GT(Accepted(*slam), 20);
+    EXPECT_LT(mission.ErrorOf(slam->X_WM()), 0.06);
+    EXPECT_LT(mission.ErrorOf(slam->X_WM()), 0.4 * mission.ErrorOf(mission.Odometry())) << seed;
+  }
+}
+
+TEST(SlamTest, WithoutClosuresIsTheOdometry) {
+  const Mission mission(1);
+  SlamSettings settings;
+  settings.slam.loop_closures = false;
+  const auto slam = SlamOf(mission, settings);
+  EXPECT_TRUE(slam->closures().empty());
+  for (const auto& [id, X_OM] : mission.Odometry())
+    EXPECT_TRUE(slam->X_WM().at(id).isApprox(X_OM, 1e-9)) << id;
+}
+
+TEST(SlamTest, EachSubmapGrowsTheVersionByOne) {
+  const Mission mission(1, 5);
+  Slam slam({});
+  EXPECT_EQ(slam.version(), 0);
+  for (int i = 0; i < 5; ++i) {
+    slam.AddSubmap(mission.submaps[i]);
+    EXPECT_EQ(slam.version(), i + 1);
+    EXPECT_EQ(slam.X_WM().size(), static_cast<std::size_t>(i + 1));
+  }
+}
+
+TEST(SlamTest, ConstraintsAreTheEdgesAndTheAcceptedClosures) {
+  const Mission mission(2);
+  const auto slam = SlamOf(mission);
+  EXPECT_EQ(static_cast<int>(slam->graph().constraints().size()), 15 + Accepted(*slam));
+  for (const Slam::Closure& closure : slam->closures()) {
+    EXPECT_EQ(closure.loop.accepted, closure.constraint >= 0);
+    EXPECT_EQ(closure.loop.accepted, closure.loop.reason.empty());
+    if (!closure.loop.accepted) continue;
+    const Constraint& constraint = slam->graph().constraints().at(closure.constraint);
+    EXPECT_EQ(constraint.from, closure.loop.from);
+    EXPECT_EQ(constraint.to, closure.loop.to);
+    EXPECT_LE(slam->graph().ChiSquareOf(constraint), ChiSquare99(closure.loop.directions) * 1.5);
+  }
+}
+
+// The content of one submap lies 0.6 m beside its base: all its closures are wrong alike.
+TEST(SlamTest, OneWrongSubmapDoesNotSpoilTheOthers) {
+  Mission mission(3);
+  constexpr SubmapId kWrong = 11;
+  const Pose3 X_wrong = mission.X_WM[kWrong] * Exp(Twist(0.45, -0.4, 0, 0, 0, 0));
+  const SubmapBase base = mission.submaps[kWrong]->base;
+  mission.submaps[kWrong] = SubmapOf(kWrong, FurnishedRoom(), X_wrong);
+  mission.submaps[kWrong]->base = base;
+  const auto slam = SlamOf(mission);
+  std::map<NodeId, Pose3> others = slam->X_WM();
+  others.erase(kWrong);
+  EXPECT_LT(mission.ErrorOf(others), 0.1);
+  int rejected = 0;
+  for (const Slam::Closure& closure : slam->closures()) {
+    if (closure.loop.to != kWrong) continue;
+    EXPECT_FALSE(closure.loop.accepted);
+    rejected += closure.loop.reason.find("contradicts") == 0;
+  }
+  EXPECT_GT(rejected, 0);
+}
+
+TEST(SlamTest, SigmasGrowWithTheDistanceFromTheNewest) {
+  const Mission mission(4, 10);
+  SlamSettings settings;
+  settings.slam.loop_closures = false;
+  const auto slam = SlamOf(mission, settings);
+  EXPECT_EQ(slam->sigma_xy_m().at(9), 0);
+  for (NodeId id = 0; id < 9; ++id) {
+    const double sigma_m = slam->sigma_xy_m().at(id);
+    EXPECT_GT(sigma_m, slam->sigma_xy_m().at(id + 1));
+    EXPECT_GE(sigma_m, 0.99 * kSigma_m * std::sqrt(9 - id));
+  }
+  const auto closed = SlamOf(mission);
+  EXPECT_LT(closed->sigma_xy_m().at(0), 0.5 * slam->sigma_xy_m().at(0));
+}
+
+TEST(SlamTest, GivesTheSameBitsEachTime) {
+  const Mission mission(5, 12);
+  const auto a = SlamOf(mission), b = SlamOf(mission);
+  for (const auto& [id, X] : a->X_WM()) EXPECT_EQ(X.matrix(), b->X_WM().at(id).matrix());
+  EXPECT_EQ(a->sigma_xy_m(), b->sigma_xy_m());
+  ASSERT_EQ(a->closures().size(), b->closures().size());
+  for (std::size_t i = 0; i < a->closures().size(); ++i)
+    EXPECT_EQ(a->closures()[i].loop.chi_square, b->closures()[i].loop.chi_square);
+}
+
+TEST(SlamTest, MayStartWithAnyNumberButTakesEachOnce) {
+  const Mission mission(6, 6);
+  Slam slam({});
+  for (int i = 2; i < 6; ++i) slam.AddSubmap(mission.submaps[i]);
+  EXPECT_EQ(slam.X_WM().size(), 4u);
+  EXPECT_TRUE(slam.X_WM().at(2).isApprox(mission.submaps[2]->base.odometry.X_OB, 1e-12));
+  EXPECT_THROW(slam.AddSubmap(mission.submaps[3]), std::invalid_argument);
+}
+
+TEST(SlamTest, EmptySubmapsHangOnTheirOdometry) {
+  Mission mission(7, 8);
+  for (auto& submap : mission.submaps) submap->grid = BrickGrid(0.095);
+  const auto slam = SlamOf(mission);
+  EXPECT_EQ(Accepted(*slam), 0);
+  for (const auto& [id, X_OM] : mission.Odometry())
+    EXPECT_TRUE(slam->X_WM().at(id).isApprox(X_OM, 1e-4)) << id;
+}
+
+// A simulated drift of zero gives edges without variance in x, y and yaw.
+TEST(SlamTest, TakesEdgesWithoutVariance) {
+  const Mission mission(8, 6, 0, 0);
+  const auto slam = SlamOf(mission);
+  EXPECT_LT(mission.ErrorOf(slam->X_WM()), 1e-3);
+}
+
+}  // namespace
+}  // namespace vog

@@ -1,0 +1,145 @@
+#include "lib/submap/brick_grid.h"
+
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+
+#include "lib/submap/submaps_testing.h"
+
+namespace vog {
+namespace {
+
+VoxelKey RandomKey(int half_side, Random& random) {
+  const auto index = [&] { return random.Index(2 * half_side) - half_side; };
+  const int x = index(), y = index();
+  return {x, y, index()};
+}
+
+TEST(BrickGridTest, HoldsWhatAnOrdinaryMapHolds) {
+  Random random(1, "brick_grid");
+  for (const int half_side : {3, 20, 150}) {
+    BrickGrid dut(0.1);
+    VoxelTable model;
+    for (int i = 0; i < 3000; ++i) {
+      const VoxelKey key = RandomKey(half_side, random);
+      const auto units = static_cast<LogOddsUnits>(random.Index(255) - 127);
+      if (random.Chance(0.1)) {
+        const int side = 1 << random.Index(4);
+        const VoxelKey corner{key.x & -side, key.y & -side, key.z & -side};
+        dut.FillInBrick(corner, side, units);
+        for (int k = 0; k < side * side * side; ++k)
+          model[{corner.x + k % side, corner.y + k / side % side, corner.z + k / side / side}] =
+              units;
+      } else {
+        dut.At(key) = units;
+        model[key] = units;
+      }
+      const VoxelKey asked = RandomKey(2 * half_side, random);
+      const auto found = model.find(asked);
+      ASSERT_EQ(dut.Get(asked), found == model.end() ? kUnknownUnits : found->second);
+      ASSERT_TRUE(found == model.end() || dut.HasBrickAt(asked));
+    }
+    EXPECT_EQ(TableOf(dut), model);
+    EXPECT_GE(dut.memory_bytes(), 512 * dut.bricks());
+  }
+}
+
+TEST(BrickGridTest, VisitsEachVoxelOnceInAnOrderOfTheContentAlone) {
+  Random random(2, "brick_grid");
+  const VoxelTable table = RandomTable(500, 30, random);
+  std::vector<std::pair<VoxelKey, int>> content(table.begin(), table.end());
+  const auto visits = [](const BrickGrid& grid) {
+    std::vector<std::pair<VoxelKey, int>> visited;
+    grid.ForEach([&](const VoxelKey& key, LogOddsUnits u) { visited.emplace_back(key, u); });
+    return visited;
+  };
+  const auto expected = visits(GridOf(0.1, table));
+  EXPECT_EQ(expected.size(), table.size());
+  for (int shuffle = 0; shuffle < 5; ++shuffle) {
+    BrickGrid dut(0.1);
+    for (std::size_t i = content.size(); i > 0; --i) {
+      std::swap(content[i - 1], content[random.Index(static_cast<int>(i))]);
+      dut.At(content[i - 1].first) = static_cast<LogOddsUnits>(content[i - 1].second);
+    }
+    EXPECT_EQ(visits(dut), expected);
+  }
+}
+
+TEST(BrickGridTest, BoundsAreThoseOfTheKnownVoxels) {
+  Random random(3, "brick_grid");
+  for (int i = 0; i < 20; ++i) {
+    const BrickGrid dut = GridOf(0.25, RandomTable(1 + random.Index(20), 40, random));
+    Eigen::AlignedBox3d expected;
+    for (const auto& [key, units] : TableOf(dut)) {
+      expected.extend(0.25 * Vec3(key.x, key.y, key.z));
+      expected.extend(0.25 * Vec3(key.x + 1, key.y + 1, key.z + 1));
+    }
+    EXPECT_TRUE(dut.Bounds().isApprox(expected, 1e-12));
+    EXPECT_TRUE(dut.BrickBounds().contains(expected));
+    const Eigen::AlignedBox3d seven_more(expected.min() - Vec3::Constant(7 * 0.25),
+                                         expected.max() + Vec3::Constant(7 * 0.25));
+    EXPECT_TRUE(seven_more.contains(dut.BrickBounds()));
+  }
+}
+
+TEST(BrickGridTest, IsEmptyAtFirst) {
+  const BrickGrid dut(0.1);
+  EXPECT_EQ(dut.Get({0, 0, 0}), kUnknownUnits);
+  EXPECT_FALSE(dut.HasBrickAt({0, 0, 0}));
+  EXPECT_TRUE(dut.Bounds().isEmpty());
+  EXPECT_TRUE(dut.BrickBounds().isEmpty());
+  EXPECT_TRUE(dut.BrickBox().is_empty);
+  EXPECT_EQ(dut.bricks(), 0u);
+}
+
+TEST(BrickGridTest, RefusesToGrowBeyondItsLimitsAndKeepsWhatItHas) {
+  BrickGrid dut(0.1);
+  dut.At({5, 6, 7}) = 42;
+  constexpr int kFar = 1 << 30;
+  for (const VoxelKey& far :
+       {VoxelKey{kFar, kFar, kFar}, VoxelKey{-kFar, kFar, -kFar},
+        VoxelKey{1 << 24, 1 << 24, 1 << 25}, VoxelKey{0, kFar, 0},
+        // A table of 2^22 x 2^21 x 2^21 bricks, which is 0 in 64 bits.
+        VoxelKey{8 * ((1 << 22) - 9), 8 * ((1 << 21) - 9), 8 * ((1 << 21) - 9)}})
+    EXPECT_THROW(dut.At(far), std::length_error) << far.x;
+  EXPECT_EQ(TableOf(dut), (VoxelTable{{{5, 6, 7}, 42}}));
+}
+
+TEST(BrickGridTest, RefusesMoreBricksThanItCanNumber) {
+  BrickGrid dut(0.1);
+  int made = 0;
+  const auto fill = [&] {
+    for (int x = 0; x < 256; ++x)
+      for (int y = 0; y < 257; ++y, ++made) dut.At({8 * x, 8 * y, 0}) = 1;
+  };
+  EXPECT_THROW(fill(), std::length_error);
+  EXPECT_EQ(made, 65535);
+  EXPECT_EQ(TableOf(dut).size(), 65535u);
+}
+
+TEST(OccupiedPointsTest, LeavesOutTheFreeAndTheLonely) {
+  Random random(4, "brick_grid");
+  const VoxelTable table = RandomTable(3000, 8, random);
+  const BrickGrid grid = GridOf(0.1, table);
+  const auto is_occupied = [&](const VoxelKey& key) {
+    const auto found = table.find(key);
+    return found != table.end() && found->second >= 10;
+  };
+  for (const int min_neighbours : {0, 3, 8, 27}) {
+    std::size_t expected = 0;
+    for (const auto& [key, units] : table) {
+      int neighbours = 0;
+      for (int i = 0; i < 27; ++i)
+        if (i != 13)
+          neighbours += is_occupied({key.x + i % 3 - 1, key.y + i / 3 % 3 - 1, key.z + i / 9 - 1});
+      expected += is_occupied(key) && neighbours >= min_neighbours;
+    }
+    const std::vector<Vec3> points = OccupiedPoints(grid, 10, min_neighbours);
+    EXPECT_EQ(points.size(), expected);
+    EXPECT_EQ(points.empty(), min_neighbours == 27);
+    for (const Vec3& p : points) EXPECT_TRUE(is_occupied(grid.grid().KeyOf(p)));
+  }
+}
+
+}  // namespace
+}  // namespace vog

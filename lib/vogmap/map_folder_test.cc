@@ -1,0 +1,262 @@
+#include "lib/vogmap/map_folder.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "lib/base/errors.h"
+#include "lib/base/files.h"
+#include "lib/submap/octree_file.h"
+#include "lib/submap/submaps_testing.h"
+
+namespace vog {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Without flushing to the disk, which makes many small writes slow.
+void Overwrite(const fs::path& path, const std::string& bytes) {
+  fs::remove(path);
+  std::ofstream(path, std::ios::binary) << bytes;
+}
+
+StoredMap MakeMap(int submaps, Random& random) {
+  StoredMap map;
+  map.voxel_size_m = 0.095;
+  map.sensor_model.hit_probability = 0.65;
+  map.run_id = 1234567890123456789;
+  map.complete = true;
+  for (int id = 0; id < submaps; ++id) {
+    map.submaps.push_back(RandomSubmap(id, map.voxel_size_m, random));
+    map.X_WM[id] = RandomPose(20, random);
+  }
+  map.graph_g2o = "VERTEX_SE3:QUAT 0 0 0 0 0 0 0 1\n";
+  return map;
+}
+
+/// All files below a folder, by name.
+std::map<std::string, std::string> FilesOf(const fs::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.is_regular_file())
+      files[fs::relative(entry.path(), folder).string()] = ReadFile(entry.path());
+  }
+  return files;
+}
+
+class MapFolderTest : public testing::Test {
+ protected:
+  MapFolderTest() { fs::remove_all(folder_); }
+  ~MapFolderTest() override { fs::remove_all(folder_); }
+
+  std::string ErrorOfLoading() const {
+    try {
+      LoadMapFolder(folder_);
+    } catch (const UsageError& error) {
+      return error.what();
+    }
+    return "no error";
+  }
+
+  /// The one fault of a map whose file `name` holds `bytes`.
+  std::string FaultWith(const std::string& name, const std::string& bytes) const {
+    Overwrite(folder_ / name, bytes);
+    const LoadedMap loaded = LoadMapFolder(folder_);
+    EXPECT_EQ(loaded.faults.size(), 1u) << name;
+    EXPECT_EQ(loaded.map.submaps.size(), map_.submaps.size() - (name != "graph.g2o"));
+    return loaded.faults.empty() ? "no fault" : loaded.faults[0];
+  }
+
+  /// map.toml with the first `from` replaced by `to`.
+  void Edit(const std::string& from, const std::string& to) const {
+    std::string text = ReadFile(folder_ / "map.toml");
+    ASSERT_NE(text.find(from), std::string::npos) << from;
+    Overwrite(folder_ / "map.toml", text.replace(text.find(from), from.size(), to));
+  }
+
+  Random random_{1, "map_folder"};
+  StoredMap map_ = MakeMap(3, random_);
+  fs::path folder_ =
+      fs::path(testing::TempDir()) /
+      (std::string("map_folder_") + testing::UnitTest::GetInstance()->current_test_info()->name());
+};
+
+TEST_F(MapFolderTest, ReadsBackWhatWasSaved) {
+  SaveMapFolder(map_, folder_);
+  const LoadedMap loaded = LoadMapFolder(folder_);
+  EXPECT_TRUE(loaded.faults.empty());
+  EXPECT_EQ(loaded.map.voxel_size_m, map_.voxel_size_m);
+  EXPECT_EQ(loaded.map.sensor_model.hit_probability, map_.sensor_model.hit_probability);
+  EXPECT_EQ(loaded.map.run_id, map_.run_id);
+  EXPECT_TRUE(loaded.map.complete);
+  EXPECT_EQ(loaded.map.graph_g2o, map_.graph_g2o);
+  ASSERT_EQ(loaded.map.submaps.size(), map_.submaps.size());
+  for (std::size_t i = 0; i < map_.submaps.size(); ++i) {
+    const Submap &read = *loaded.map.submaps[i], &wrote = *map_.submaps[i];
+    EXPECT_EQ(read.id(), wrote.id());
+    EXPECT_EQ(read.scans, wrote.scans);
+    EXPECT_EQ(read.first_scan, wrote.first_scan);
+    EXPECT_EQ(read.last_scan, wrote.last_scan);
+    EXPECT_EQ(read.drift, wrote.drift);
+    EXPECT_EQ(read.base.odometry.time, wrote.base.odometry.time);
+    EXPECT_EQ(read.base.odometry.segment, wrote.base.odometry.segment);
+    EXPECT_EQ(read.base.odometry.covariance, wrote.base.odometry.covariance);
+    EXPECT_TRUE(read.base.odometry.X_OB.isApprox(wrote.base.odometry.X_OB, 1e-14));
+    EXPECT_TRUE(read.base.edge.X_PM.isApprox(wrote.base.edge.X_PM, 1e-14));
+    EXPECT_EQ(read.base.edge.covariance, wrote.base.edge.covariance);
+    EXPECT_EQ(TableOf(read.grid), TableOf(wrote.grid));
+    EXPECT_TRUE(loaded.map.X_WM.at(read.id()).isApprox(map_.X_WM.at(read.id()), 1e-14));
+  }
+}
+
+TEST_F(MapFolderTest, SavingALoadedMapGivesTheSameBytes) {
+  // Quaternions of these survive their way through a rotation matrix to the last digit.
+  for (auto& [id, X_WM] : map_.X_WM) X_WM = MakePose(RandomPoint(20, random_));
+  for (SubmapPtr& submap : map_.submaps) {
+    Submap plain = *submap;
+    plain.base.odometry.X_OB = MakePose(RandomPoint(20, random_));
+    plain.base.edge.X_PM = MakePose(RandomPoint(1, random_), Eigen::Quaterniond(0, 0, 0, 1));
+    submap = std::make_shared<Submap>(plain);
+  }
+  SaveMapFolder(map_, folder_);
+  const auto files = FilesOf(folder_);
+  EXPECT_EQ(files.size(), 5u);
+  SaveMapFolder(LoadMapFolder(folder_).map, folder_);
+  EXPECT_TRUE(FilesOf(folder_) == files);
+}
+
+TEST_F(MapFolderTest, MayHoldNoSubmap) {
+  StoredMap empty;
+  empty.voxel_size_m = 0.2;
+  SaveMapFolder(empty, folder_);
+  const LoadedMap loaded = LoadMapFolder(folder_);
+  EXPECT_TRUE(loaded.map.submaps.empty());
+  EXPECT_TRUE(loaded.faults.empty());
+  EXPECT_FALSE(loaded.map.complete);
+}
+
+TEST_F(MapFolderTest, NumbersThatLookLikeIntegersReadBack) {
+  for (double& number : map_.X_WM[0].translation()) number = 1e22;
+  map_.X_WM[1] = MakePose({1, -2, 300000});
+  SaveMapFolder(map_, folder_);
+  const LoadedMap loaded = LoadMapFolder(folder_);
+  EXPECT_EQ(loaded.map.X_WM.at(0).translation(), Vec3::Constant(1e22));
+  EXPECT_EQ(loaded.map.X_WM.at(1).translation(), Vec3(1, -2, 300000));
+}
+
+TEST_F(MapFolderTest, LeavesOutADamagedSubmapAndNamesIt) {
+  SaveMapFolder(map_, folder_);
+  const std::string name = "submaps/000001.ot", path = (folder_ / name).string();
+  const std::string good = ReadFile(path);
+  for (std::size_t size = 0; size < good.size(); size += 1 + good.size() / 40)
+    EXPECT_TRUE(FaultWith(name, good.substr(0, size)).starts_with(path + ": ")) << size;
+  for (int i = 0; i < 40; ++i) {
+    std::string damaged = good;
+    damaged[random_.Index(static_cast<int>(good.size()))] ^= 1 << random_.Index(8);
+    const std::string fault = FaultWith(name, damaged);
+    EXPECT_TRUE(fault.starts_with(path + ": ")) << fault;
+    EXPECT_EQ(fault.find('\n'), std::string::npos) << fault;
+  }
+  fs::remove(path);
+  const LoadedMap loaded = LoadMapFolder(folder_);
+  ASSERT_EQ(loaded.faults.size(), 1u);
+  EXPECT_TRUE(loaded.faults[0].starts_with(path + ": cannot read")) << loaded.faults[0];
+  ASSERT_EQ(loaded.map.submaps.size(), 2u);
+  EXPECT_EQ(loaded.map.submaps[1]->id(), 2);
+}
+
+TEST_F(MapFolderTest, KeepsTheSubmapsWhenTheGraphIsDamaged) {
+  SaveMapFolder(map_, folder_);
+  EXPECT_TRUE(FaultWith("graph.g2o", "other").starts_with((folder_ / "graph.g2o").string()));
+  fs::remove(folder_ / "graph.g2o");
+  EXPECT_EQ(LoadMapFolder(folder_).faults.size(), 1u);
+}
+
+TEST_F(MapFolderTest, ACrashBeforeTheCommitLeavesTheMapOfBefore) {
+  SaveMapFolder(map_, folder_);
+  const std::string before = ReadFile(folder_ / "map.toml");
+  // What a process leaves that was killed while it wrote the next submap and the new map.toml.
+  MapFolderWriter writer(folder_);
+  for (const SubmapPtr& submap : map_.submaps)
+    writer.AddSubmap(*submap, ToOctreeBytes(submap->grid));
+  const SubmapPtr next = RandomSubmap(3, map_.voxel_size_m, random_);
+  writer.AddSubmap(*next, ToOctreeBytes(next->grid));
+  Overwrite(folder_ / "submaps/000004.ot.tmp", "half a subm");
+  Overwrite(folder_ / "map.toml.tmp", before.substr(0, before.size() / 2));
+
+  const LoadedMap loaded = LoadMapFolder(folder_);
+  EXPECT_TRUE(loaded.faults.empty());
+  EXPECT_EQ(loaded.map.submaps.size(), 3u);
+
+  map_.submaps.push_back(next);
+  map_.X_WM[3] = Pose3::Identity();
+  writer.Commit(map_);
+  EXPECT_EQ(LoadMapFolder(folder_).map.submaps.size(), 4u);
+}
+
+TEST_F(MapFolderTest, FailsWhereNothingCanBeWritten) {
+  Overwrite(folder_, "a file, not a folder");
+  EXPECT_THROW(SaveMapFolder(map_, folder_), SystemError);
+  EXPECT_EQ(ReadFile(folder_), "a file, not a folder");
+}
+
+TEST_F(MapFolderTest, SaysWhatIsWrongWithAMap) {
+  const std::string file = (folder_ / "map.toml").string();
+  EXPECT_EQ(ErrorOfLoading(),
+            folder_.string() + ": no map here: a map is a folder with a map.toml");
+  EXPECT_FALSE(IsMapFolder(folder_));
+  fs::create_directories(folder_);
+  Overwrite(file, "format = 1\nrun_id == 3\n");
+  EXPECT_TRUE(ErrorOfLoading().starts_with(file + ":2: ")) << ErrorOfLoading();
+  Overwrite(file, "");
+  EXPECT_TRUE(ErrorOfLoading().starts_with(file + ":")) << ErrorOfLoading();
+
+  const std::vector<std::pair<std::string, std::string>> edits = {
+      {"format = 1", "format = 2"},
+      {"voxel_size_m = 0.095", "voxel_size_m = \"wide\""},
+      {"voxel_size_m = 0.095", "voxel_size_m = -0.095"},
+      {"voxel_size_m = 0.095", "voxel_size_m = nan"},
+      {"[sensor_model]", "[sensor_modle]"},
+      {"hit_probability", "hit_probably"},
+      {"hit_probability = 0.65", "hit_probability = 7.0"},
+      {"X_WM = [", "X_WM = [1.0, "},
+      {"X_WM = [", "X_WM = [nan, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0] # "},
+      {"X_WM = [", "X_WM = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0] # "},
+      {"drift = [", "drift = 5 # "},
+      {"scans = 10", "scans = \"ten\""},
+      {"id = 1\n", "id = 0\n"},
+      {"id = 0\n", "id = -1\n"}};
+  SaveMapFolder(map_, folder_);
+  const std::string good = ReadFile(file);
+  for (const auto& [from, to] : edits) {
+    Overwrite(file, good);
+    Edit(from, to);
+    const std::string error = ErrorOfLoading();
+    EXPECT_TRUE(error.starts_with(file + ":")) << from << " -> " << to << ": " << error;
+    EXPECT_EQ(error.find('\n'), std::string::npos) << error;
+  }
+}
+
+TEST_F(MapFolderTest, ADamagedMapTomlNeverCrashes) {
+  SaveMapFolder(map_, folder_);
+  const std::string good = ReadFile(folder_ / "map.toml");
+  const auto load = [&](const std::string& text) {
+    Overwrite(folder_ / "map.toml", text);
+    try {
+      EXPECT_LE(LoadMapFolder(folder_).map.submaps.size(), 3u);
+    } catch (const UsageError& error) {
+      EXPECT_TRUE(std::string(error.what()).starts_with((folder_ / "map.toml").string()))
+          << error.what();
+    }
+  };
+  for (std::size_t size = 0; size < good.size(); size += 1 + good.size() / 100)
+    load(good.substr(0, size));
+  for (int i = 0; i < 100; ++i) {
+    std::string damaged = good;
+    damaged[random_.Index(static_cast<int>(good.size()))] ^= 1 << random_.Index(8);
+    load(damaged);
+  }
+}
+
+}  // namespace
+}  // namespace vog

@@ -1,0 +1,251 @@
+#include "procs/planner/planner_node.h"
+
+#include <gtest/gtest.h>
+
+#include "lib/planner/chamber_testing.h"
+#include "procs/map_service/map_service_node.h"
+#include "procs/map_service/node_testing.h"
+#include "procs/slam/slam_node.h"
+
+namespace vog {
+namespace {
+
+constexpr int kScansPerSubmap = 8;
+
+/// A vehicle that circles on its own, with a map service and SLAM, and the planner under test.
+class PlannerNodeTest : public testing::Test {
+ protected:
+  PlannerNodeTest() {
+    settings_.planner = SmallPlanner();
+    settings_.sonar = WideSonar();
+    settings_.exploration = {Vec3(-2.9, -2.4, -1.1), Vec3(2.9, 2.4, 1.1)};
+    settings_.submap.voxel_size_m = 0.15;
+    settings_.submap.scans_per_submap = kScansPerSubmap;
+    settings_.run_id = slam_settings_.run_id = map_settings_.run_id = Bench::kRun;
+    map_settings_.submap = settings_.submap;
+    map_settings_.map.directory = (folder_.path / "map").string();
+    map_service_ = std::make_unique<Process<MapServiceNode>>(bench_.queue, 5, map_settings_);
+    slam_ = std::make_unique<Process<SlamNode>>(bench_.queue, 5, slam_settings_);
+  }
+
+  void Start() {
+    dut_.reset();
+    dut_ = std::make_unique<Process<PlannerNode>>(bench_.queue, ++epoch_, settings_);
+  }
+  void ExpectSound(const plan_t& plan) const {
+    ASSERT_GE(plan.waypoints, 1);
+    for (int i = 0; i < plan.nodes; ++i) {
+      EXPECT_LT(plan.tree[i].parent, i);
+      EXPECT_EQ(plan.tree[i].parent < 0, i == 0);
+    }
+    EXPECT_LT(plan.best, std::max(1, plan.nodes));
+    // The hull stays inside the true room.
+    const double half_m = 0.5 * settings_.planner.hull_size_m.head<2>().norm();
+    for (const waypoint_t& waypoint : plan.path) {
+      const Vec3 p_W = Eigen::Map<const Vec3>(waypoint.position_m);
+      EXPECT_LT(std::abs(p_W.x()), 3 - half_m + 0.15);
+      EXPECT_GT(p_W.y(), -2.5 + half_m - 0.15);
+      EXPECT_LT(p_W.y(), 2.5 - half_m + 0.15);
+    }
+  }
+  std::vector<map_request_t> RequestsOfPlanner() const {
+    std::vector<map_request_t> requests;
+    for (const map_request_t& request : bench_.Said(outputs::kMapRequest))
+      if (request.header.sender == "vog-planner") requests.push_back(request);
+    return requests;
+  }
+
+  TestFolder folder_;
+  Bench bench_;
+  CirclingVehicle vehicle_{bench_};
+  MapServiceSettings map_settings_;
+  SlamNodeSettings slam_settings_;
+  PlannerSettings settings_;
+  std::unique_ptr<Process<MapServiceNode>> map_service_;
+  std::unique_ptr<Process<SlamNode>> slam_;
+  std::unique_ptr<Process<PlannerNode>> dut_;
+  std::int64_t epoch_ = 10;
+};
+
+TEST_F(PlannerNodeTest, PlansFromThePoseOn) {
+  Start();
+  vehicle_.Drive(2 * kScansPerSubmap);
+  const auto plans = bench_.Said(outputs::kPlan);
+  ASSERT_FALSE(plans.empty());
+  std::int64_t id = 0;
+  for (const plan_t& plan : plans) {
+    ExpectSound(plan);
+    EXPECT_FALSE(plan.in_odometry_frame);
+    EXPECT_GE(plan.plan_id, id);
+    if (plan.plan_id > id) {
+      const Pose3 X_WB = CirclingVehicle::PoseAt(TimeOf(plan.header));
+      EXPECT_LT((Eigen::Map<const Vec3>(plan.path[0].position_m) - X_WB.translation()).norm(), 0.1);
+    }
+    id = plan.plan_id;
+  }
+  const mission_status_t status = bench_.Last(outputs::kMissionStatus);
+  EXPECT_EQ(status.state, "exploring");
+  EXPECT_EQ(status.end_reason, "");
+  EXPECT_EQ(status.plans, id);
+  EXPECT_GT(status.explored_m3, 1);
+  EXPECT_TRUE(RequestsOfPlanner().empty()) << "nothing was missed";
+}
+
+TEST_F(PlannerNodeTest, TellsThePlanAgainEachSecond) {
+  Start();
+  vehicle_.Drive(kScansPerSubmap);
+  const plan_t plan = bench_.Last(outputs::kPlan);
+  bench_.Forget();
+  bench_.RunFor(std::chrono::seconds(3));
+  const auto again = bench_.Said(outputs::kPlan);
+  ASSERT_EQ(again.size(), 3u);
+  EXPECT_EQ(again[0].plan_id, plan.plan_id);
+  EXPECT_EQ(again[2].waypoints, plan.waypoints);
+}
+
+TEST_F(PlannerNodeTest, WaitsForTheMap) {
+  map_service_.reset();
+  slam_.reset();
+  Start();
+  pose_estimate_t pose{};
+  pose.X_WB = pose.X_WO = ToMessage(Pose3::Identity());
+  bench_.Say(outputs::kPose, pose, bench_.queue.now());
+  bench_.RunFor(std::chrono::seconds(2));
+  EXPECT_TRUE(bench_.Said(outputs::kPlan).empty());
+  EXPECT_EQ(bench_.Last(outputs::kMissionStatus).state, "waiting");
+  EXPECT_EQ(bench_.StatusOf("vog-planner").health, "waiting for submaps");
+}
+
+TEST_F(PlannerNodeTest, EndsWithTheBudget) {
+  settings_.mission.max_submaps = 2;
+  Start();
+  vehicle_.Drive(2 * kScansPerSubmap + 2);
+  const mission_status_t status = bench_.Last(outputs::kMissionStatus);
+  EXPECT_EQ(status.state, "finished");
+  EXPECT_EQ(status.end_reason, "max_submaps");
+  EXPECT_EQ(status.submaps, 2);
+  EXPECT_EQ(bench_.Last(outputs::kPlan).waypoints, 1);
+}
+
+TEST_F(PlannerNodeTest, RestartGoesOnExploring) {
+  Start();
+  vehicle_.Drive(2 * kScansPerSubmap);
+  const double explored_m3 = bench_.Last(outputs::kMissionStatus).explored_m3;
+  Start();
+  bench_.Forget();
+  bench_.RunFor(std::chrono::seconds(3));
+  vehicle_.Drive(20 + kScansPerSubmap);
+  ASSERT_FALSE(bench_.Said(outputs::kPlan).empty());
+  EXPECT_EQ(bench_.Last(outputs::kPlan).header.epoch, epoch_);
+  ExpectSound(bench_.Last(outputs::kPlan));
+  EXPECT_EQ(bench_.Last(outputs::kMissionStatus).state, "exploring");
+  EXPECT_GE(bench_.Last(outputs::kMissionStatus).explored_m3, 0.9 * explored_m3);
+}
+
+// Who comes late, or has lost the message, must not plan on a map at odometry poses.
+TEST_F(PlannerNodeTest, AsksForPosesThatItMissed) {
+  vehicle_.Drive(3 * kScansPerSubmap);
+  Start();
+  vehicle_.Drive(1);
+  bench_.Forget();
+  bench_.RunFor(std::chrono::seconds(3));
+  vehicle_.Drive(1);
+  const auto requests = RequestsOfPlanner();
+  const auto asked = std::count_if(requests.begin(), requests.end(),
+                                   [](const auto& request) { return request.kind == "poses"; });
+  EXPECT_GT(asked, 0);
+  EXPECT_LE(asked, 2) << "until it is answered";
+}
+
+TEST_F(PlannerNodeTest, GetsLostSubmapsInTheEnd) {
+  Random random(1, "loss");
+  ProcessBus bus(bench_.queue, "dut", ++epoch_, [&](const std::string& channel, Bytes) {
+    return channel == outputs::kSubmap.name && random.Chance(0.5);
+  });
+  const PlannerNode dut(bus, settings_);
+  vehicle_.Drive(4 * kScansPerSubmap);
+  bench_.RunFor(std::chrono::seconds(40));
+  EXPECT_EQ(bench_.StatusOf("vog-planner").health, "ok");
+  EXPECT_EQ(bench_.CounterOf("vog-planner", "submaps"), 4);
+}
+
+TEST_F(PlannerNodeTest, StandardModePlansInTheOdometrysWorld) {
+  settings_.mission.mode = MissionMode::kStandard;
+  Start();
+  vehicle_.Drive(2 * kScansPerSubmap);
+  const plan_t plan = bench_.Last(outputs::kPlan);
+  EXPECT_TRUE(plan.in_odometry_frame);
+  ExpectSound(plan);
+  EXPECT_GT(bench_.Last(outputs::kMissionStatus).explored_m3, 1);
+}
+
+TEST_F(PlannerNodeTest, EqualInputsGiveEqualPlans) {
+  Start();
+  ProcessBus twin_bus(bench_.queue, "twin", 1);
+  PlannerSettings twin_settings = settings_;
+  const PlannerNode twin(twin_bus, twin_settings);
+  vehicle_.Drive(2 * kScansPerSubmap);
+  std::map<std::int64_t, std::map<std::int64_t, plan_t>> plans;  // By epoch and id.
+  for (const plan_t& plan : bench_.Said(outputs::kPlan))
+    plans[plan.header.epoch].emplace(plan.plan_id, plan);
+  ASSERT_EQ(plans.size(), 2u);
+  const auto& a = plans.begin()->second;
+  const auto& b = plans.rbegin()->second;
+  ASSERT_EQ(a.size(), b.size());
+  for (const auto& [id, plan] : a) {
+    plan_t other = b.at(id);
+    other.header = plan.header;
+    EXPECT_EQ(Encode(other), Encode(plan)) << id;
+  }
+}
+
+TEST_F(PlannerNodeTest, SurvivesAPoseFarAway) {
+  Start();
+  vehicle_.Drive(3);
+  for (int i = 0; i < 6; ++i) {
+    const Time time = vehicle_.end() + Duration(1000 * (i + 1));
+    if (i == 3) bench_.Say(outputs::kScan, ToMessage(vehicle_.ScanAt(time, 100)), time);
+    OdometrySample sample = vehicle_.SampleAt(time);
+    sample.X_OB.translation() = Vec3(2400, -2300, 1500);
+    nav_t nav = ToMessage(sample);
+    nav.header = bench_.NextHeader(outputs::kNav.name, time);
+    nav.header.epoch = vehicle_.segment;
+    bench_.SayAsIs(outputs::kNav, nav, time);
+  }
+  EXPECT_NO_THROW(bench_.RunFor(std::chrono::milliseconds(20)));
+  EXPECT_NO_THROW(vehicle_.Drive(kScansPerSubmap));
+}
+
+TEST_F(PlannerNodeTest, DamagedBytesAreCountedAndHarmless) {
+  Start();
+  vehicle_.Drive(kScansPerSubmap);
+  Random random(2, "damage");
+  int damaged = SayDamaged(bench_, outputs::kPose, bench_.Last(outputs::kPose), random);
+  damaged += SayDamaged(bench_, outputs::kSubmapPoses, submap_poses_t{}, random);
+  damaged += SayDamaged(bench_, outputs::kScan, ToMessage(vehicle_.ScanAt({}, 0)), random);
+  damaged += SayDamaged(bench_, outputs::kNav, ToMessage(vehicle_.SampleAt({})), random);
+  damaged += SayDamaged(bench_, outputs::kMapStatus, bench_.Last(outputs::kMapStatus), random);
+  pose_estimate_t pose{};  // No rotations.
+  bench_.Say(outputs::kPose, pose, bench_.queue.now());
+  submap_poses_t foreign{};
+  foreign.header = bench_.NextHeader(outputs::kSubmapPoses.name, bench_.queue.now());
+  foreign.header.run_id += 1;
+  foreign.version = 99;
+  bench_.SayAsIs(outputs::kSubmapPoses, foreign, bench_.queue.now());
+  vehicle_.Drive(kScansPerSubmap);
+  bench_.RunFor(std::chrono::seconds(1));
+  EXPECT_EQ(
+      bench_.CounterOf("vog-planner", "malformed") + bench_.CounterOf("vog-planner", "other_run"),
+      damaged + 2);
+  ExpectSound(bench_.Last(outputs::kPlan));
+  EXPECT_EQ(bench_.CounterOf("vog-planner", "submaps"), 2);
+}
+
+TEST(PlannerSettingsTest, RefusesAnEmptyBox) {
+  EXPECT_THROW(PlannerSettings::From(Config::Parse(
+                   "[exploration]\nmin_m = [1.0, 0.0, 0.0]\nmax_m = [0.0, 1.0, 1.0]", "a")),
+               UsageError);
+}
+
+}  // namespace
+}  // namespace vog

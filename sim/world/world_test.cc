@@ -179,7 +179,9 @@ TEST(WorldTest, LongAndShortAdvancesAgree) {
 }
 
 TEST(WorldTest, HoldsItsPlaceUntilCommanded) {
-  World dut({}, Wall());
+  WorldSetup setup;
+  setup.vehicle.command_timeout_s = 60;
+  World dut(setup, Wall());
   dut.AdvanceTo(Time(10s));
   const TruthRecord before = dut.AdvanceTo(Time(10100ms)).truth.back();
   EXPECT_LT((before.X_WB.translation() - Vec3(0, -3, 0)).norm(), 1e-9);
@@ -187,6 +189,15 @@ TEST(WorldTest, HoldsItsPlaceUntilCommanded) {
   const TruthRecord after = dut.AdvanceTo(Time(20100ms)).truth.back();
   EXPECT_NEAR(after.X_WB.translation().y(), -3 + 0.2 * 9.4, 0.1);
   EXPECT_NEAR(after.velocity_B_m_s.x(), 0.2, 0.005);
+}
+
+TEST(WorldTest, StopsByItselfWhenCommandsCease) {
+  WorldSetup setup;
+  setup.vehicle.command_timeout_s = 2;
+  World dut(setup, Wall());
+  dut.SetCommand({{0.2, 0, 0}, 0});
+  EXPECT_GT(dut.AdvanceTo(Time(1900ms)).truth.back().velocity_B_m_s.x(), 0.1);
+  EXPECT_LT(dut.AdvanceTo(Time(12s)).truth.back().velocity_B_m_s.norm(), 0.01);
 }
 
 TEST(WorldTest, TellsTheCurrentThatItHas) {

@@ -55,7 +55,8 @@ void Merge(toml::table& into, toml::table&& from) {
     if (theirs != nullptr && ours != nullptr) {
       Merge(*ours, std::move(*theirs));
     } else {
-      node.visit([&](auto&& value) { into.insert_or_assign(key, std::move(value)); });
+      node.visit(
+          [&into, &name = key](auto& value) { into.insert_or_assign(name, std::move(value)); });
     }
   }
 }

@@ -10,7 +10,7 @@ BrickGrid MergedGrid(const VogMap& map) {
   constexpr int kSide = BrickGrid::kBrickSide;
   const auto aligned = [](std::int32_t index) { return index & ~(kSide - 1); };
   std::vector<float> log_odds;
-  for (std::int32_t z = aligned(all.min.z); z <= all.max.z; z += kSide)
+  for (std::int32_t z = aligned(all.min.z); z <= all.max.z; z += kSide) {
     for (std::int32_t y = aligned(all.min.y); y <= all.max.y; y += kSide)
       for (std::int32_t x = aligned(all.min.x); x <= all.max.x; x += kSide) {
         const VoxelBox brick{{x, y, z}, {x + kSide - 1, y + kSide - 1, z + kSide - 1}};
@@ -21,6 +21,8 @@ BrickGrid MergedGrid(const VogMap& map) {
           if (IsKnown(value)) merged.At(voxel) = ToUnits(value);
         });
       }
+    map.ReleaseCache();  // No layer is asked twice.
+  }
   return merged;
 }
 

@@ -50,9 +50,13 @@ VogMap::VogMap(double voxel_size_m, const SensorModel& model)
 VogMap::~VogMap() = default;
 VogMap::VogMap(VogMap&&) noexcept = default;
 
-void VogMap::ForgetSums() {
+void VogMap::ReleaseCache() const {
   blocks_.clear();
   last_block_ = nullptr;
+}
+
+void VogMap::ForgetSums() {
+  ReleaseCache();
   ++revision_;
 }
 

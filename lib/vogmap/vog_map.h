@@ -63,6 +63,9 @@ class VogMap final : public OccupancyMap {
   void SigmaOf(std::span<const VoxelKey> voxels, std::span<float> sigma_m) const override;
   double max_sigma_m() const override;
 
+  /// Gives the memory of remembered sums back; the answers stay.
+  void ReleaseCache() const;
+
   int size() const { return static_cast<int>(placed_.size()); }
   bool Has(SubmapId id) const { return placed_.count(id) > 0; }
   /// @throws std::out_of_range for a number that the map does not hold.

@@ -13,12 +13,11 @@
 #include "lib/messages/endpoint.h"
 #include "procs/sim/sim_node.h"
 #include "sim/scene/mesh_file.h"
-#include "tools/mission/evaluate.h"
+#include "tools/mission/judge.h"
 #include "tools/mission/mission.h"
 #include "tools/mission/process_group.h"
 #include "tools/mission/progress_bar.h"
 #include "tools/mission/simulation_check.h"
-#include "tools/report/report.h"
 
 namespace vog {
 namespace {
@@ -119,9 +118,7 @@ nlohmann::ordered_json RunLiveMission(const Config& config, const std::filesyste
   RunTiming timing;
   timing.wall_s = stopwatch.seconds();
   WriteTiming(timing, folder / "timing.json");
-  const auto metrics = EvaluateRun(folder);
-  WriteReport(folder);
-  return metrics;
+  return JudgeRun(folder);
 }
 
 }  // namespace vog

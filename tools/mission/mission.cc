@@ -17,10 +17,10 @@
 #include "sim/scene/mesh_file.h"
 #include "sim/scene/scene_options.h"
 #include "tools/mission/evaluate.h"
+#include "tools/mission/judge.h"
 #include "tools/mission/mesh_mission.h"
 #include "tools/mission/progress_bar.h"
 #include "tools/mission/simulation_check.h"
-#include "tools/report/report.h"
 
 namespace vog {
 namespace {
@@ -138,9 +138,7 @@ nlohmann::ordered_json RunMission(const Config& config, const std::filesystem::p
   }
   timing.wall_s = stopwatch.seconds();
   WriteTiming(timing, folder / "timing.json");
-  const auto metrics = EvaluateRun(folder);
-  WriteReport(folder);
-  return metrics;
+  return JudgeRun(folder);
 }
 
 }  // namespace vog

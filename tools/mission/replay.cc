@@ -8,7 +8,7 @@
 #include "lib/planner/mission_options.h"
 #include "sim/scene/mesh_file.h"
 #include "sim/scene/scene.h"
-#include "tools/mission/evaluate.h"
+#include "tools/mission/judge.h"
 #include "tools/mission/mission.h"
 #include "tools/mission/progress_bar.h"
 #include "tools/report/report.h"
@@ -111,8 +111,7 @@ void ReplayLog(const std::filesystem::path& log, const std::filesystem::path& fo
                      config.Read<PropellerOptions>("scene.propeller"),
                      config.Read<TankOptions>("scene.tank"), config.directory()),
            folder / "scene.ply");
-  EvaluateRun(folder);
-  WriteReport(folder);
+  JudgeRun(folder);
 }
 
 void BuildMapFromLog(const std::filesystem::path& log, const Config& config,

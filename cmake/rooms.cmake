@@ -33,6 +33,8 @@ function(vog_use_pch target)
   endif()
 endfunction()
 
+set(vog_tsan_options "TSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/cmake/tsan_suppressions.txt")
+
 # All programs, without tests.
 add_custom_target(programs)
 
@@ -85,6 +87,7 @@ function(vog_room folder)
     vog_use_pch(${name}_test)
     target_compile_definitions(${name}_test PRIVATE VOG_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
     add_test(NAME ${name} COMMAND ${name}_test)
+    set_tests_properties(${name} PROPERTIES ENVIRONMENT "${vog_tsan_options}")
   endif()
   foreach(benchmark ${benchmarks})
     get_filename_component(program ${benchmark} NAME_WE)
@@ -104,6 +107,6 @@ function(vog_system_test name)
   if(BUILD_TESTING)
     add_test(NAME ${name} COMMAND python3 ${PROJECT_SOURCE_DIR}/test/${name}_test.py)
     set_tests_properties(${name} PROPERTIES TIMEOUT 2400 ENVIRONMENT
-      "VOG_BIN=${CMAKE_RUNTIME_OUTPUT_DIRECTORY};VOG_BUILD=${CMAKE_BINARY_DIR};VOG_SANITIZE=${VOG_SANITIZE}")
+      "VOG_BIN=${CMAKE_RUNTIME_OUTPUT_DIRECTORY};VOG_BUILD=${CMAKE_BINARY_DIR};VOG_SANITIZE=${VOG_SANITIZE};${vog_tsan_options}")
   endif()
 endfunction()

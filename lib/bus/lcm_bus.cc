@@ -74,8 +74,8 @@ Time LcmBus::VehicleTime(Bytes bytes) {
   if (options_.clock == ClockSource::kSystem) return SystemTime();
   const Time told = FromUtime(std::max<std::int64_t>(0, UtimeIn(bytes)));
   // Bytes that make no sense must not push the time away: a leap counts when it is told twice.
-  const bool is_near = told - newest_message_ < kMaxLeap || told - leap_ < kMaxLeap;
-  leap_ = told;
+  const bool is_near = told - newest_message_ < kMaxLeap || told - last_told_ < kMaxLeap;
+  last_told_ = told;
   if (is_near) newest_message_ = std::max(newest_message_, told);
   return newest_message_;
 }

@@ -97,7 +97,7 @@ class LcmBus final : public Bus {
   Duration utc_offset_{};  // From the monotonic clock.
   std::int64_t epoch_ = 0;
   Time newest_message_{};
-  Time leap_{};                             // What the last message told.
+  Time last_told_{};                        // By the last message, sense or not.
   std::deque<Subscription> subscriptions_;  // Deques: LCM keeps their addresses.
   std::deque<Listener> listeners_;
   std::deque<Timer> timers_;

@@ -13,7 +13,9 @@ namespace vog {
 /// Dead reckoning at one moment. Its x, y and yaw drift; z, roll and pitch are measured absolutely.
 struct OdometrySample {
   Time time;
-  /// Counts the starts of the navigation. Poses of different segments cannot be compared.
+  /// Names the frame O: poses of one origin can be compared, whatever their segments.
+  std::int64_t origin = 0;
+  /// A stretch over which `covariance` was kept without a break; grows with each.
   std::int64_t segment = 0;
   Pose3 X_OB = Pose3::Identity();
   /// Of (x, y, yaw) [m, m, rad] since the segment began, perturbation on the body side.

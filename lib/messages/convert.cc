@@ -28,6 +28,7 @@ bool AllFinite(const Numbers& numbers) {
 odometry_sample_t ToSampleMessage(const OdometrySample& sample) {
   odometry_sample_t message{};
   message.utime_us = ToUtime(sample.time);
+  message.origin = sample.origin;
   message.segment = sample.segment;
   message.X_OB = ToMessage(sample.X_OB);
   CopyMatrix<3>(sample.covariance, message.covariance_xyyaw);
@@ -39,6 +40,7 @@ std::optional<OdometrySample> FromSampleMessage(const odometry_sample_t& message
   if (!X_OB || !AllFinite(message.covariance_xyyaw)) return std::nullopt;
   OdometrySample sample;
   sample.time = FromUtime(message.utime_us);
+  sample.origin = message.origin;
   sample.segment = message.segment;
   sample.X_OB = *X_OB;
   sample.covariance = MatrixFrom<3>(message.covariance_xyyaw);
@@ -79,8 +81,12 @@ std::optional<VehicleNavRecord> FromMessage(const vehicle_nav_t& message) {
   const auto X_OB = FromMessage(message.X_OB);
   if (!X_OB || !AllFinite(message.velocity_B_m_s) || !std::isfinite(message.yaw_rate_rad_s))
     return std::nullopt;
-  return VehicleNavRecord{TimeOf(message.header), message.header.sequence, *X_OB,
-                          VectorFrom(message.velocity_B_m_s), message.yaw_rate_rad_s};
+  return VehicleNavRecord{TimeOf(message.header),
+                          message.header.sequence,
+                          message.header.epoch,
+                          *X_OB,
+                          VectorFrom(message.velocity_B_m_s),
+                          message.yaw_rate_rad_s};
 }
 
 dvl_t ToMessage(const DvlRecord& record) {
@@ -167,6 +173,7 @@ std::optional<SonarFrame> FromMessage(const sonar_frame_t& message) {
 
 nav_t ToMessage(const OdometrySample& sample) {
   nav_t message{};
+  message.origin = sample.origin;
   message.X_OB = ToMessage(sample.X_OB);
   CopyMatrix<3>(sample.covariance, message.covariance_xyyaw);
   CopyTo(sample.velocity_B_m_s, message.velocity_B_m_s);
@@ -180,6 +187,7 @@ std::optional<OdometrySample> FromMessage(const nav_t& message) {
       !std::isfinite(message.yaw_rate_rad_s))
     return std::nullopt;
   return OdometrySample{TimeOf(message.header),
+                        message.origin,
                         message.header.epoch,
                         *X_OB,
                         MatrixFrom<3>(message.covariance_xyyaw),
@@ -258,6 +266,7 @@ submap_t ToMessage(const Submap& submap, const std::string& octree_bytes) {
   message.first_utime_us = ToUtime(submap.first_scan);
   message.last_utime_us = ToUtime(submap.last_scan);
   message.scans = submap.scans;
+  message.X_ML = ToMessage(submap.X_ML);
   CopyMatrix<3>(submap.drift, message.drift_xyyaw);
   message.octree_bytes = static_cast<int>(octree_bytes.size());
   const std::string compressed = Compress(octree_bytes);
@@ -273,12 +282,14 @@ std::optional<SubmapPtr> FromMessage(const submap_t& message) {
       Decompress(AsText(message.octree_zlib), static_cast<std::size_t>(message.octree_bytes));
   if (!bytes) return std::nullopt;
   auto grid = FromOctreeBytes(*bytes);
-  if (!base || !AllFinite(message.drift_xyyaw) || !std::holds_alternative<BrickGrid>(grid))
+  const auto X_ML = FromMessage(message.X_ML);
+  if (!base || !X_ML || !AllFinite(message.drift_xyyaw) || !std::holds_alternative<BrickGrid>(grid))
     return std::nullopt;
   return std::make_shared<Submap>(Submap{.base = *base,
                                          .first_scan = FromUtime(message.first_utime_us),
                                          .last_scan = FromUtime(message.last_utime_us),
                                          .scans = message.scans,
+                                         .X_ML = *X_ML,
                                          .drift = MatrixFrom<3>(message.drift_xyyaw),
                                          .grid = std::move(std::get<BrickGrid>(grid))});
 }

@@ -43,6 +43,7 @@ Eigen::Matrix<double, N, N> MatrixFrom(const double (&numbers)[N * N]) {
   return Eigen::Map<const RowMajor<N>>(numbers);
 }
 
+/// The origin travels as header.epoch.
 vehicle_nav_t ToMessage(const VehicleNavRecord& record);
 std::optional<VehicleNavRecord> FromMessage(const vehicle_nav_t& message);
 

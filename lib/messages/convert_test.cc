@@ -47,11 +47,12 @@ bool NeedsFinite(Message message, At at) {
 }
 
 VehicleNavRecord SomeNav(Random& random) {
-  return {{}, 0, RandomPose(100, random), RandomPoint(1, random), random.Uniform(-1, 1)};
+  return {{}, 0, 0, RandomPose(100, random), RandomPoint(1, random), random.Uniform(-1, 1)};
 }
 
 OdometrySample SomeOdometry(Random& random) {
   OdometrySample sample;
+  sample.origin = 17;
   sample.X_OB = RandomPose(100, random);
   sample.covariance = Mat3::NullaryExpr([&] { return random.Uniform(-1, 1); });  // Not symmetric.
   sample.velocity_B_m_s = RandomPoint(1, random);
@@ -96,12 +97,14 @@ TEST(ConvertTest, NavigationSurvives) {
   const VehicleNavRecord nav = SomeNav(random), read = Travelled(nav);
   EXPECT_EQ(ToUtime(read.time), Header().utime_us);
   EXPECT_EQ(read.sequence, 42);
+  EXPECT_EQ(read.origin, Header().epoch);
   EXPECT_TRUE(read.X_OB.isApprox(nav.X_OB, 1e-14));
   EXPECT_EQ(read.velocity_B_m_s, nav.velocity_B_m_s);
   EXPECT_EQ(read.yaw_rate_rad_s, nav.yaw_rate_rad_s);
 
   const OdometrySample sample = SomeOdometry(random), sample_read = Travelled(sample);
   EXPECT_EQ(ToUtime(sample_read.time), Header().utime_us);
+  EXPECT_EQ(sample_read.origin, sample.origin);
   EXPECT_EQ(sample_read.segment, Header().epoch);
   EXPECT_TRUE(sample_read.X_OB.isApprox(sample.X_OB, 1e-14));
   EXPECT_EQ(sample_read.covariance, sample.covariance);
@@ -260,7 +263,9 @@ TEST(ConvertTest, SubmapsSurvive) {
     EXPECT_EQ((*read)->last_scan, submap->last_scan);
     EXPECT_EQ((*read)->drift, submap->drift);
     EXPECT_EQ((*read)->base.odometry.time, submap->base.odometry.time);
+    EXPECT_EQ((*read)->base.odometry.origin, submap->base.odometry.origin);
     EXPECT_EQ((*read)->base.odometry.segment, submap->base.odometry.segment);
+    EXPECT_TRUE((*read)->X_ML.isApprox(submap->X_ML, 1e-14));
     EXPECT_EQ((*read)->base.odometry.covariance, submap->base.odometry.covariance);
     EXPECT_TRUE((*read)->base.odometry.X_OB.isApprox(submap->base.odometry.X_OB, 1e-14));
     EXPECT_TRUE((*read)->base.edge.X_PM.isApprox(submap->base.edge.X_PM, 1e-14));

@@ -35,6 +35,15 @@ bool Decode(Bytes bytes, Message& message) {
   }
 }
 
+/// Calls `handle(message)` if `bytes` came on `channel` and are a message of its type.
+template <class Message, class Handle>
+void HandleIf(const std::string& came_on, Bytes bytes, const Channel<Message>& channel,
+              Handle handle) {
+  if (came_on != channel.name) return;
+  Message message{};
+  if (Decode(bytes, message)) handle(message);
+}
+
 /// How one process talks on a bus: it fills the headers of what it says, and of what it hears it
 /// passes on only messages of its own run that are whole and newer than the last of the same
 /// sender. The rest is counted, told in STATUS, and harmless.

@@ -14,6 +14,12 @@ constexpr int kMaxRequested = 16;
 
 }  // namespace
 
+void AskForPoses(Endpoint& endpoint, Time now) {
+  map_request_t request{};
+  request.kind = "poses";
+  endpoint.Publish(outputs::kMapRequest, request, now);
+}
+
 std::uint32_t ContentChecksum(submap_t message) {
   message.header = header_t{};
   return Crc32(AsText(Encode(message)));

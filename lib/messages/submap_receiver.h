@@ -47,6 +47,9 @@ class SubmapReceiver {
   std::int64_t next_request_ = 1;
 };
 
+/// Asks SLAM to tell SUBMAP_POSES and GRAPH again.
+void AskForPoses(Endpoint& endpoint, Time now);
+
 /// Check sum of all that a submap says, whenever and by whichever epoch it is sent: the version of
 /// its chunks.
 std::uint32_t ContentChecksum(submap_t message);

@@ -17,11 +17,16 @@ VehicleNavTracker::VehicleNavTracker(const DriftOptions& drift, double scan_peri
     : drift_(drift), scan_period_s_(scan_period_s), segment_(segment) {}
 
 OdometrySample VehicleNavTracker::Add(const VehicleNavRecord& record) {
+  if (last_ && last_->origin != record.origin) {
+    last_.reset();
+    ++segment_;
+  }
   OdometrySample sample = last_.value_or(OdometrySample{});
   const double steps = last_ ? ToSeconds(record.time - last_->time) / scan_period_s_ : 0;
   if (!last_) sample.X_OB = record.X_OB;
   Propagate(record.X_OB, steps * drift_.StepCovariance(scan_period_s_), sample);
   sample.time = record.time;
+  sample.origin = record.origin;
   sample.segment = segment_;
   sample.velocity_B_m_s = record.velocity_B_m_s;
   sample.yaw_rate_rad_s = record.yaw_rate_rad_s;
@@ -31,7 +36,7 @@ OdometrySample VehicleNavTracker::Add(const VehicleNavRecord& record) {
 
 DeadReckoner::DeadReckoner(const DeadReckoningOptions& options, std::int64_t segment)
     : options_(options) {
-  state_.segment = segment;
+  state_.origin = state_.segment = segment;
 }
 
 void DeadReckoner::SetFix(const Pose3& X_OB) {

@@ -30,7 +30,8 @@ struct DeadReckoningOptions {
 };
 
 /// Odometry from the pose that the vehicle's own computer reckons: adds the covariance that eq. 8's
-/// drift has gathered since the start, a step of `scan_period_s` at a time.
+/// drift has gathered since the start, a step of `scan_period_s` at a time. When the vehicle's
+/// computer starts its reckoning anew, so does this, in a segment of its own.
 class VehicleNavTracker {
  public:
   VehicleNavTracker(const DriftOptions& drift, double scan_period_s, std::int64_t segment);

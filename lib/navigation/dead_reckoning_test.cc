@@ -148,10 +148,11 @@ TEST(DeadReckonerTest, LateRecordsOfTheGyroAreLeftOut) {
 TEST(VehicleNavTrackerTest, TakesPosesAsTheyAre) {
   VehicleNavTracker dut(DriftOptions{}, 0.2, kSegment);
   const Pose3 X_OB = MakePose({1, 2, -3}, {0.1, 0.2, 0.3});
-  const OdometrySample sample = dut.Add({At(5), 0, X_OB, {0.1, 0, 0}, 0.05});
+  const OdometrySample sample = dut.Add({At(5), 0, 11, X_OB, {0.1, 0, 0}, 0.05});
   EXPECT_TRUE(sample.X_OB.isApprox(X_OB, 0));
   EXPECT_TRUE(sample.covariance.isZero());
   EXPECT_EQ(sample.time, At(5));
+  EXPECT_EQ(sample.origin, 11);
   EXPECT_EQ(sample.segment, kSegment);
   EXPECT_EQ(sample.velocity_B_m_s, Vec3(0.1, 0, 0));
   EXPECT_EQ(sample.yaw_rate_rad_s, 0.05);
@@ -165,17 +166,27 @@ TEST(VehicleNavTrackerTest, TheDriftOfAScanIsEquation8sWhateverTheRateOfTheNavig
       VehicleNavTracker dut(drift, 0.2, kSegment);
       OdometrySample end;
       for (int i = 0; i <= 20 * rate_hz; ++i)
-        end = dut.Add({At(i / rate_hz), 0, Pose3::Identity(), {}, 0});
+        end = dut.Add({At(i / rate_hz), 0, 11, Pose3::Identity(), {}, 0});
       EXPECT_TRUE(end.covariance.isApprox(100 * drift.StepCovariance(0.2), 1e-6)) << rate_hz;
     }
   }
+}
+
+TEST(VehicleNavTrackerTest, AReckoningThatBeginsAnewIsANewSegment) {
+  VehicleNavTracker dut(DriftOptions{}, 0.2, kSegment);
+  for (int i = 0; i < 5; ++i) dut.Add({At(i), 0, 11, MakePose({1.0 * i, 0, 0}), {}, 0});
+  const OdometrySample sample = dut.Add({At(5), 0, 12, Pose3::Identity(), {}, 0});
+  EXPECT_EQ(sample.origin, 12);
+  EXPECT_EQ(sample.segment, kSegment + 1);
+  EXPECT_TRUE(sample.covariance.isZero());
 }
 
 TEST(VehicleNavTrackerTest, AnErrorInYawMovesWhatFollows) {
   DriftOptions drift;
   VehicleNavTracker dut(drift, 0.2, kSegment);
   OdometrySample end;
-  for (int i = 0; i <= 100; ++i) end = dut.Add({At(0.2 * i), 0, MakePose({0.05 * i, 0, 0}), {}, 0});
+  for (int i = 0; i <= 100; ++i)
+    end = dut.Add({At(0.2 * i), 0, 11, MakePose({0.05 * i, 0, 0}), {}, 0});
   // Straight ahead, the yaw noise of step i acts on y over the rest of the way.
   const Mat3 step = drift.StepCovariance(0.2);
   double lever2_m2 = 0;

@@ -36,6 +36,7 @@ struct DepthRecord {
 struct VehicleNavRecord {
   Time time;
   std::int64_t sequence = 0;
+  std::int64_t origin = 0;  ///< Of the frame O: the start of the vehicle's reckoning.
   Pose3 X_OB = Pose3::Identity();
   Vec3 velocity_B_m_s = Vec3::Zero();
   double yaw_rate_rad_s = 0;

@@ -25,7 +25,7 @@ inline RegisteredScan ScanOnCourse(int step, std::int64_t segment, Random& rando
   const Time time = FromUtime(200'000 * (step + 1));
   OdometrySample sample;
   sample.time = time;
-  sample.segment = segment;
+  sample.origin = sample.segment = segment;
   sample.X_OB = MakePose({0.05 * step, 0.01 * step, -2 + 0.001 * step}, {0.01, -0.02, 0.02 * step});
   sample.covariance = step * 1e-4 * Vec3(1, 1, 0.01).asDiagonal().toDenseMatrix();
   return {RandomScan(time, random), sample};

@@ -33,6 +33,7 @@ struct Submap {
   SubmapBase base;
   Time first_scan, last_scan;
   int scans = 0;
+  Pose3 X_ML = Pose3::Identity();  ///< The body at the last scan.
   /// Covariance of (x, y, yaw) of the body's motion from the first to the last scan: how far the
   /// content may be bent.
   Mat3 drift = Mat3::Zero();

@@ -19,6 +19,32 @@ Mat6 WithAbsolutes(const Mat3& planar, const DriftOptions& drift) {
   return covariance;
 }
 
+/// The motion from the last sample before a gap, N, to the first after it, T; covariance of (x, y,
+/// yaw).
+struct Gap {
+  Pose3 X_NT;
+  Mat3 covariance;
+};
+
+/// Yaw, x and y of the new segment start anywhere; z, roll and pitch are still true.
+Gap BlindGap(const SubmapOptions& options, const OdometrySample& newest, const OdometrySample& to) {
+  const double gap_s = std::abs(ToSeconds(to.time - newest.time));
+  const double moved = std::pow(options.gap_speed_m_s * gap_s, 2) + 1e-4;
+  const double turned = std::pow(options.gap_yaw_rate_rad_s * gap_s, 2) + 1e-6;
+  return {MakePose({0, 0, to.X_OB.translation().z() - newest.X_OB.translation().z()}),
+          Vec3(moved, moved, turned).asDiagonal()};
+}
+
+/// The reckoning went on meanwhile, only its covariance was lost: it is taken to have grown as it
+/// did since `from`.
+Gap ReckonedGap(const OdometrySample& from, const OdometrySample& newest,
+                const OdometrySample& to) {
+  const double kept_s = ToSeconds(newest.time - from.time);
+  const double gap_s = ToSeconds(to.time - newest.time);
+  const Mat3 kept = MotionCovariance(from, newest);
+  return {Ominus(newest.X_OB, to.X_OB), kept_s > 0 ? Mat3(gap_s / kept_s * kept) : kept};
+}
+
 }  // namespace
 
 OdometryEdge MakeOdometryEdge(const SubmapOptions& options, const DriftOptions& drift,
@@ -26,14 +52,11 @@ OdometryEdge MakeOdometryEdge(const SubmapOptions& options, const DriftOptions& 
                               const OdometrySample& to) {
   if (from.segment == to.segment)
     return {Ominus(from.X_OB, to.X_OB), WithAbsolutes(MotionCovariance(from, to), drift)};
-  // Yaw, x and y of the new segment start anywhere; z, roll and pitch are still true.
-  const Pose3 X_BN = MakePose({0, 0, to.X_OB.translation().z() - newest.X_OB.translation().z()});
-  const double gap_s = std::abs(ToSeconds(to.time - newest.time));
-  const double moved = std::pow(options.gap_speed_m_s * gap_s, 2) + 1e-4;
-  const double turned = std::pow(options.gap_yaw_rate_rad_s * gap_s, 2) + 1e-6;
-  const Mat3 gap = Vec3(moved, moved, turned).asDiagonal();
-  const Mat3 planar = ComposePlanarCovariance(MotionCovariance(from, newest), X_BN, gap);
-  return {Ominus(from.X_OB, newest.X_OB) * X_BN, WithAbsolutes(planar, drift)};
+  const Gap gap =
+      from.origin == to.origin ? ReckonedGap(from, newest, to) : BlindGap(options, newest, to);
+  const Mat3 planar =
+      ComposePlanarCovariance(MotionCovariance(from, newest), gap.X_NT, gap.covariance);
+  return {Ominus(from.X_OB, newest.X_OB) * gap.X_NT, WithAbsolutes(planar, drift)};
 }
 
 SubmapBuilder::SubmapBuilder(const SubmapOptions& options, const SensorModelOptions& model,
@@ -48,6 +71,7 @@ SubmapPtr SubmapBuilder::Add(const RegisteredScan& registered) {
   X_MB_ = Ominus(base.X_OB, registered.odometry.X_OB);
   inserter_->Insert(registered.scan, X_MB_, open_->grid);
   open_->last_scan = registered.scan.time;
+  open_->X_ML = X_MB_;
   open_->drift = MotionCovariance(base, registered.odometry);
   ++open_->scans;
   newest_ = registered.odometry;
@@ -63,7 +87,12 @@ SubmapPtr SubmapBuilder::Close() {
 }
 
 void SubmapBuilder::ContinueAfter(const Submap& last) {
-  previous_ = Tail{last.id(), last.base.odometry, last.base.odometry};
+  const OdometrySample& base = last.base.odometry;
+  OdometrySample newest = base;
+  newest.time = last.last_scan;
+  newest.X_OB = base.X_OB * last.X_ML;
+  newest.covariance = ComposePlanarCovariance(base.covariance, last.X_ML, last.drift);
+  previous_ = Tail{last.id(), base, newest};
 }
 
 void SubmapBuilder::Open(const RegisteredScan& registered) {

@@ -74,9 +74,9 @@ class SubmapBuilder {
   OdometrySample newest_;
 };
 
-/// The odometry edge between the bases of two submaps: the motion within one segment; over a gap in
-/// the navigation, that of standing still since `newest`, the last sample before the gap, widened
-/// by what the vehicle may have done since.
+/// The odometry edge between the bases of two submaps: the motion that odometry tells. Where the
+/// navigation had a gap after `newest` and another origin afterwards, that of standing still
+/// meanwhile, widened by what the vehicle may have done.
 OdometryEdge MakeOdometryEdge(const SubmapOptions& options, const DriftOptions& drift,
                               const OdometrySample& from, const OdometrySample& newest,
                               const OdometrySample& to);

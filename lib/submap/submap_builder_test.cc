@@ -152,6 +152,38 @@ TEST_F(SubmapBuilderTest, ANewSegmentClosesTheOpenSubmapAndWidensTheEdge) {
     EXPECT_EQ(dut.Add(later[i]) != nullptr, i + 1 == later.size());
 }
 
+// The bridge was started again, but the vehicle's own computer reckoned on.
+TEST_F(SubmapBuilderTest, ANewSegmentOfTheSameOriginKeepsTheMotion) {
+  SubmapBuilder dut = Builder();
+  const auto before = Course(8);
+  for (const RegisteredScan& scan : before) dut.Add(scan);
+  auto after = Course(1, 2, 12);
+  after[0].odometry.origin = 1;
+  after[0].odometry.covariance.setZero();
+  ASSERT_NE(dut.Add(after[0]), nullptr);
+  const OdometryEdge& edge = dut.open()->base.edge;
+  EXPECT_TRUE(edge.X_PM.isApprox(Ominus(before[0].odometry.X_OB, after[0].odometry.X_OB), 1e-12));
+  // ScanOnCourse() adds as much with every scan.
+  const Mat3 unbroken = MotionCovariance(before[0].odometry, ScanOnCourse(12, 1, random_).odometry);
+  EXPECT_NEAR(edge.covariance(0, 0), unbroken(0, 0), 0.1 * unbroken(0, 0));
+  EXPECT_NEAR(edge.covariance(5, 5), unbroken(2, 2), 0.1 * unbroken(2, 2));
+}
+
+// The map service was started again: what it knows of the last submap is in its folder.
+TEST_F(SubmapBuilderTest, ARestartMeasuresTheGapFromTheLastScan) {
+  SubmapBuilder before = Builder(), dut = Builder();
+  SubmapPtr last;
+  for (const RegisteredScan& scan : Course(10)) last = before.Add(scan);
+  ASSERT_NE(last, nullptr);
+  dut.ContinueAfter(*last);
+  const auto after = Course(1, 2, 14);
+  before.Add(after[0]);
+  dut.Add(after[0]);
+  const OdometryEdge &edge = dut.open()->base.edge, &unbroken = before.open()->base.edge;
+  EXPECT_TRUE(edge.X_PM.isApprox(unbroken.X_PM, 1e-12));
+  EXPECT_TRUE(edge.covariance.isApprox(unbroken.covariance, 1e-9));
+}
+
 TEST_F(SubmapBuilderTest, GoesOnAfterTheSubmapsOfAnEarlierRun) {
   const SubmapPtr last = RandomSubmap(41, options_.voxel_size_m, random_);
   SubmapBuilder dut = Builder();

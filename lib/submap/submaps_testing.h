@@ -62,7 +62,9 @@ inline SubmapPtr MakeSubmap(SubmapId id, BrickGrid grid, Random& random) {
                                                 .grid = std::move(grid)});
   submap->base.id = id;
   submap->base.odometry.time = submap->first_scan;
+  submap->base.odometry.origin = 2;
   submap->base.odometry.segment = 3;
+  submap->X_ML = RandomPose(2, random);
   submap->base.odometry.X_OB = RandomPose(10, random);
   submap->base.edge.X_PM = RandomPose(1, random);
   const Mat3 root = Mat3::NullaryExpr([&] { return random.Gaussian(0.1); });

@@ -16,7 +16,7 @@
 namespace vog {
 namespace {
 
-constexpr int kFormat = 1;
+constexpr int kFormat = 2;
 
 std::string FileNameOf(SubmapId id) {
   std::array<char, 32> name;
@@ -49,8 +49,9 @@ void WriteSubmap(const Submap& submap, const Pose3& X_WM, std::uint32_t checksum
       << "\"\ncrc32 = \"" << ToHex(checksum) << "\"\nscans = " << submap.scans
       << "\nfirst_utime_us = " << ToUtime(submap.first_scan)
       << "\nlast_utime_us = " << ToUtime(submap.last_scan) << "\nX_WM = " << ToArray(X_WM)
-      << "\nsegment = " << odometry.segment << "\nX_OM = " << ToArray(odometry.X_OB)
-      << "\ncovariance_OM = " << ToArray(odometry.covariance)
+      << "\norigin = " << odometry.origin << "\nsegment = " << odometry.segment
+      << "\nX_OM = " << ToArray(odometry.X_OB)
+      << "\ncovariance_OM = " << ToArray(odometry.covariance) << "\nX_ML = " << ToArray(submap.X_ML)
       << "\ndrift = " << ToArray(submap.drift) << "\nedge_X_PM = " << ToArray(submap.base.edge.X_PM)
       << "\nedge_covariance = " << ToArray(submap.base.edge.covariance) << "\n";
 }
@@ -155,10 +156,12 @@ std::variant<SubmapPtr, std::string> ReadSubmap(const TomlEntries& entry,
              .first_scan = FromUtime(entry.Get<std::int64_t>("first_utime_us")),
              .last_scan = FromUtime(entry.Get<std::int64_t>("last_utime_us")),
              .scans = entry.Get<int>("scans"),
+             .X_ML = entry.GetPose("X_ML"),
              .drift = entry.GetNumbers<Mat3>("drift"),
              .grid = std::move(std::get<BrickGrid>(grid))});
   submap->base.id = entry.GetId();
   submap->base.odometry.time = submap->first_scan;
+  submap->base.odometry.origin = entry.Get<std::int64_t>("origin");
   submap->base.odometry.segment = entry.Get<std::int64_t>("segment");
   submap->base.odometry.X_OB = entry.GetPose("X_OM");
   submap->base.odometry.covariance = entry.GetNumbers<Mat3>("covariance_OM");
@@ -214,6 +217,12 @@ void MapFolderWriter::Commit(const StoredMap& map) {
 
 bool IsMapFolder(const std::filesystem::path& folder) {
   return std::filesystem::is_regular_file(folder / "map.toml");
+}
+
+VogMap ToVogMap(const StoredMap& stored) {
+  VogMap map(stored.voxel_size_m, SensorModel(stored.sensor_model));
+  for (const SubmapPtr& submap : stored.submaps) map.Place(submap, stored.X_WM.at(submap->id()));
+  return map;
 }
 
 LoadedMap LoadMapFolder(const std::filesystem::path& folder) {

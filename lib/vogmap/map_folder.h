@@ -8,6 +8,7 @@
 
 #include "lib/submap/sensor_model.h"
 #include "lib/submap/submap.h"
+#include "lib/vogmap/vog_map.h"
 
 namespace vog {
 
@@ -22,6 +23,9 @@ struct StoredMap {
   std::map<SubmapId, Pose3> X_WM;  ///< One for each submap.
   std::string graph_g2o;           ///< The text of graph.g2o.
 };
+
+/// The map to ask questions of; the submaps are shared.
+VogMap ToVogMap(const StoredMap& stored);
 
 /// A map folder and what went wrong with parts of it.
 struct LoadedMap {

@@ -99,7 +99,9 @@ TEST_F(MapFolderTest, ReadsBackWhatWasSaved) {
     EXPECT_EQ(read.last_scan, wrote.last_scan);
     EXPECT_EQ(read.drift, wrote.drift);
     EXPECT_EQ(read.base.odometry.time, wrote.base.odometry.time);
+    EXPECT_EQ(read.base.odometry.origin, wrote.base.odometry.origin);
     EXPECT_EQ(read.base.odometry.segment, wrote.base.odometry.segment);
+    EXPECT_TRUE(read.X_ML.isApprox(wrote.X_ML, 1e-14));
     EXPECT_EQ(read.base.odometry.covariance, wrote.base.odometry.covariance);
     EXPECT_TRUE(read.base.odometry.X_OB.isApprox(wrote.base.odometry.X_OB, 1e-14));
     EXPECT_TRUE(read.base.edge.X_PM.isApprox(wrote.base.edge.X_PM, 1e-14));
@@ -115,6 +117,7 @@ TEST_F(MapFolderTest, SavingALoadedMapGivesTheSameBytes) {
   for (SubmapPtr& submap : map_.submaps) {
     Submap plain = *submap;
     plain.base.odometry.X_OB = MakePose(RandomPoint(20, random_));
+    plain.X_ML = MakePose(RandomPoint(1, random_));
     plain.base.edge.X_PM = MakePose(RandomPoint(1, random_), Eigen::Quaterniond(0, 0, 0, 1));
     submap = std::make_shared<Submap>(plain);
   }
@@ -206,13 +209,13 @@ TEST_F(MapFolderTest, SaysWhatIsWrongWithAMap) {
             folder_.string() + ": no map here: a map is a folder with a map.toml");
   EXPECT_FALSE(IsMapFolder(folder_));
   fs::create_directories(folder_);
-  Overwrite(file, "format = 1\nrun_id == 3\n");
+  Overwrite(file, "format = 2\nrun_id == 3\n");
   EXPECT_TRUE(ErrorOfLoading().starts_with(file + ":2: ")) << ErrorOfLoading();
   Overwrite(file, "");
   EXPECT_TRUE(ErrorOfLoading().starts_with(file + ":")) << ErrorOfLoading();
 
   const std::vector<std::pair<std::string, std::string>> edits = {
-      {"format = 1", "format = 2"},
+      {"format = 2", "format = 3"},
       {"voxel_size_m = 0.095", "voxel_size_m = \"wide\""},
       {"voxel_size_m = 0.095", "voxel_size_m = -0.095"},
       {"voxel_size_m = 0.095", "voxel_size_m = nan"},

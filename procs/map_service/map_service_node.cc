@@ -17,7 +17,6 @@ namespace {
 
 // MISSION_STATUS.end_reason when the mission has all the submaps it may have.
 constexpr const char* kBudgetUsed = "max_submaps";
-constexpr std::int8_t kRejected = 3;
 // A reply should fit into a few hundred chunks.
 constexpr std::size_t kMaxAnswers = 2'000'000;
 constexpr double kMaxRange_m = 1e4;
@@ -25,7 +24,7 @@ constexpr double kMaxRange_m = 1e4;
 /// Check sum of all that a submap says, the same when it comes back from a map folder: the last
 /// bits of its quaternions may not.
 std::uint32_t VersionOf(submap_t message) {
-  for (pose_t* pose : {&message.base.odometry.X_OB, &message.base.edge_X_PM})
+  for (pose_t* pose : {&message.base.odometry.X_OB, &message.base.edge_X_PM, &message.X_ML})
     for (double& number : pose->quaternion_wxyz) number = std::round(number * 1e9) + 0.0;
   return ContentChecksum(message);
 }
@@ -118,7 +117,7 @@ MapServiceNode::MapServiceNode(Bus& bus, const MapServiceSettings& settings)
   bus.Every(std::chrono::seconds(1), [this](Time) {
     PublishStatus(newest_);
     // SLAM may have told them before this process began, or the disk was full then.
-    if (is_finished_ && !is_complete_) AskForPoses();
+    if (is_finished_ && !is_complete_) AskForPoses(endpoint_, newest_);
   });
   endpoint_.ReportStatus([this](auto& counters) {
     counters["submaps"] = map_.size();
@@ -278,7 +277,8 @@ G2oGraph MapServiceNode::Graph() const {
   int newest_in_graph = -1;
   for (const graph_edge_t& edge : graph_.edge) {
     const auto X_ik = FromMessage(edge.X_ik);
-    if (edge.kind == kRejected || !X_ik || !map_.Has(edge.from_id) || !map_.Has(edge.to_id))
+    if (edge.kind == graph_edge_t::REJECTED_CLOSURE || !X_ik || !map_.Has(edge.from_id) ||
+        !map_.Has(edge.to_id))
       continue;
     graph.edges.push_back({edge.from_id, edge.to_id, *X_ik, MatrixFrom<6>(edge.information)});
     newest_in_graph = std::max(newest_in_graph, edge.to_id);
@@ -334,12 +334,6 @@ void MapServiceNode::PublishStatus(Time time) {
   status.complete = is_complete_;
   status.fault = save_fault_;
   endpoint_.Publish(outputs::kMapStatus, status, time);
-}
-
-void MapServiceNode::AskForPoses() {
-  map_request_t request{};
-  request.kind = "poses";
-  endpoint_.Publish(outputs::kMapRequest, request, newest_);
 }
 
 void MapServiceNode::OnRequest(const map_request_t& request) {

@@ -56,7 +56,6 @@ class MapServiceNode {
   void OnMissionStatus(const mission_status_t& message);
   void OnRequest(const map_request_t& request);
   void CompleteIfDone(Time time);
-  void AskForPoses();
   void ShowOpen();
   void Save(bool complete);
   G2oGraph Graph() const;

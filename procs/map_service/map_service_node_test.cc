@@ -380,16 +380,7 @@ TEST_F(MapServiceNodeTest, ImpossibleValuesAreCountedAndHarmless) {
 // A leap of the odometry within one segment makes a submap larger than any table.
 TEST_F(MapServiceNodeTest, SurvivesAPoseFarAway) {
   vehicle_.Drive(3);
-  for (int i = 0; i < 6; ++i) {
-    const Time time = vehicle_.end() + Duration(1000 * (i + 1));
-    if (i == 3) bench_.Say(outputs::kScan, ToMessage(vehicle_.ScanAt(time, 100)), time);
-    OdometrySample sample = vehicle_.SampleAt(time);
-    sample.X_OB.translation() = Vec3(2400, -2300, 1500);
-    nav_t nav = ToMessage(sample);
-    nav.header = bench_.NextHeader(outputs::kNav.name, time);
-    nav.header.epoch = vehicle_.segment;
-    bench_.SayAsIs(outputs::kNav, nav, time);
-  }
+  vehicle_.LeapFarAway();
   EXPECT_NO_THROW(bench_.RunFor(std::chrono::milliseconds(20)));
   EXPECT_NO_THROW(vehicle_.Drive(2 * kScansPerSubmap));
   EXPECT_GE(ToldSubmaps().size(), 1u);

@@ -251,7 +251,7 @@ class CirclingVehicle {
   OdometrySample SampleAt(Time time) const {
     OdometrySample sample;
     sample.time = time;
-    sample.segment = segment;
+    sample.origin = sample.segment = segment;
     sample.X_OB = PoseAt(time);
     sample.covariance = ToSeconds(time) * Vec3(1e-4, 1e-4, 1e-6).asDiagonal();
     return sample;
@@ -264,16 +264,23 @@ class CirclingVehicle {
   void Drive(int scans) {
     for (const int until = scans_ + scans; scans_ < until; ++ticks_) {
       const Time time(ticks_ * kNavPeriod);
-      nav_t nav = ToMessage(SampleAt(time));
-      nav.header = bench_.NextHeader(outputs::kNav.name, time);
-      nav.header.epoch = segment;
-      bench_.SayAsIs(outputs::kNav, nav, time);
+      SayNav(SampleAt(time));
       if (ticks_ % 2 == 0) continue;
       bench_.Say(outputs::kScan, ToMessage(ScanAt(time, scans_)), time);
       registered.push_back({ScanAt(time, scans_), SampleAt(time)});
       ++scans_;
     }
     bench_.RunUntil(end());
+  }
+  /// Tells for some milliseconds that it is kilometres away, and a scan from there.
+  void LeapFarAway() {
+    for (int i = 0; i < 6; ++i) {
+      const Time time = end() + Duration(1000 * (i + 1));
+      if (i == 3) bench_.Say(outputs::kScan, ToMessage(ScanAt(time, 100)), time);
+      OdometrySample sample = SampleAt(time);
+      sample.X_OB.translation() = Vec3(2400, -2300, 1500);
+      SayNav(sample);
+    }
   }
   Time end() const { return Time((ticks_ - 1) * kNavPeriod); }
 
@@ -282,6 +289,13 @@ class CirclingVehicle {
   std::vector<RegisteredScan> registered;
 
  private:
+  void SayNav(const OdometrySample& sample) {
+    nav_t nav = ToMessage(sample);
+    nav.header = bench_.NextHeader(outputs::kNav.name, sample.time);
+    nav.header.epoch = segment;
+    bench_.SayAsIs(outputs::kNav, nav, sample.time);
+  }
+
   Bench& bench_;
   int ticks_ = 0, scans_ = 0;
 };

@@ -22,8 +22,12 @@ class NavBridgeNodeTest : public testing::Test {
   static Time At(int tick) { return Time(tick * Duration(50000)); }
   static VehicleNavRecord RecordAt(int tick) {
     const double t = 0.05 * tick;
-    return {At(tick), tick, MakePose({0.2 * t, 0.1 * std::sin(t), -1}, {0.01, 0.02, 0.1 * t}),
-            Vec3(0.2, 0, 0.01), 0.1};
+    return {At(tick),
+            tick,
+            0,
+            MakePose({0.2 * t, 0.1 * std::sin(t), -1}, {0.01, 0.02, 0.1 * t}),
+            Vec3(0.2, 0, 0.01),
+            0.1};
   }
   void SayVehicleNav(int tick) {
     bench_.Say(inputs::kVehicleNav, ToMessage(RecordAt(tick)), At(tick));
@@ -109,6 +113,7 @@ TEST_F(NavBridgeNodeTest, EachStartIsANewSegment) {
   SayVehicleNav(2);
   const nav_t after = bench_.Last(outputs::kNav);
   EXPECT_EQ(before.header.epoch + 1, after.header.epoch);
+  EXPECT_EQ(before.origin, after.origin) << "the vehicle's computer reckons on";
   EXPECT_EQ(after.covariance_xyyaw[0], 0) << "nothing has drifted since the segment began";
 }
 

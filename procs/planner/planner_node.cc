@@ -79,7 +79,7 @@ PlannerNode::PlannerNode(Bus& bus, const PlannerSettings& settings)
   bus.Every(std::chrono::seconds(1), [this](Time) {
     if (explorer_.plan() != nullptr) PublishPlan(*explorer_.plan(), newest_pose_);
     PublishMissionStatus(newest_pose_);
-    if (pose_version_ != poses_version_) AskForPoses();
+    if (pose_version_ != poses_version_) AskForPoses(endpoint_, newest_pose_);
   });
   endpoint_.ReportStatus([this](auto& counters) {
     counters["submaps"] = map_.size();
@@ -162,12 +162,6 @@ void PlannerNode::AddToOpen(const RegisteredScan& registered) {
     ++leaps_;
     open_.ForgetUpTo(registered.scan.time);
   }
-}
-
-void PlannerNode::AskForPoses() {
-  map_request_t request{};
-  request.kind = "poses";
-  endpoint_.Publish(outputs::kMapRequest, request, newest_pose_);
 }
 
 void PlannerNode::ShowOpen(const Pose3& X_WO, std::int64_t segment) {

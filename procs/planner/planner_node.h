@@ -48,7 +48,6 @@ class PlannerNode {
   void OnPose(const pose_estimate_t& message);
   const OccupancyMap& planning_map() const;
   void MeasureExplored();
-  void AskForPoses();
   void ShowOpen(const Pose3& X_WO, std::int64_t segment);
   void PublishPlan(const Plan& plan, Time time);
   void PublishMissionStatus(Time time);

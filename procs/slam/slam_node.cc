@@ -8,15 +8,13 @@
 namespace vog {
 namespace {
 
-constexpr std::int8_t kOdometry = 0, kFull = 1, kPartial = 2, kRejected = 3;
-
 graph_edge_t ToMessage(const Constraint& constraint) {
   graph_edge_t edge{};
   edge.from_id = constraint.from;
   edge.to_id = constraint.to;
-  edge.kind = constraint.kind == ConstraintKind::kOdometry      ? kOdometry
-              : constraint.kind == ConstraintKind::kFullClosure ? kFull
-                                                                : kPartial;
+  edge.kind = constraint.kind == ConstraintKind::kOdometry      ? graph_edge_t::ODOMETRY
+              : constraint.kind == ConstraintKind::kFullClosure ? graph_edge_t::FULL_CLOSURE
+                                                                : graph_edge_t::PARTIAL_CLOSURE;
   edge.X_ik = vog::ToMessage(constraint.X_ik);
   CopyMatrix<6>(constraint.Information(), edge.information);
   edge.directions = static_cast<std::int8_t>(constraint.whitening.rows());
@@ -34,7 +32,7 @@ graph_t ToMessage(const Slam& slam) {
   for (const Slam::Closure& closure : slam.closures()) {
     if (closure.loop.accepted) continue;
     graph_edge_t edge = ToMessage(closure.loop.constraint);
-    edge.kind = kRejected;
+    edge.kind = graph_edge_t::REJECTED_CLOSURE;
     edge.chi_square = closure.loop.chi_square;
     edge.reason = closure.loop.reason;
     message.edge.push_back(edge);

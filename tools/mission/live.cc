@@ -37,8 +37,8 @@ class Recorder {
     bus.SubscribeAll([this](Time time, const std::string& channel, Bytes bytes) {
       log_.Write(time, channel, bytes);
       watcher_.OnMessage(time, channel, bytes);
-      status_t status{};
-      if (channel == outputs::kStatus.name && Decode(bytes, status)) heard_.insert(status.process);
+      HandleIf(channel, bytes, outputs::kStatus,
+               [&](const status_t& status) { heard_.insert(status.process); });
     });
   }
 

@@ -13,8 +13,6 @@
 namespace vog {
 namespace {
 
-constexpr std::int8_t kFull = 1, kPartial = 2;
-
 MapServiceSettings MapSettings(const Config& config, const std::string& directory) {
   MapServiceSettings settings = MapServiceSettings::From(config);
   settings.map.directory = directory;
@@ -37,26 +35,23 @@ void LatencyOptions::Visit(OptionsVisitor& v) {
 
 void ProgressWatcher::OnMessage(Time time, const std::string& channel, Bytes bytes) {
   progress_.vehicle_time_s = ToSeconds(time);
-  if (channel == outputs::kMapStatus.name) {
-    map_status_t status{};
-    if (!Decode(bytes, status)) return;
+  HandleIf(channel, bytes, outputs::kMapStatus, [&](const map_status_t& status) {
     progress_.submaps = status.submaps;
     progress_.is_complete = status.complete;
     progress_.map_fault = status.fault;
     progress_.run_id = status.header.run_id;
-  } else if (channel == outputs::kGraph.name) {
-    graph_t graph{};
-    if (!Decode(bytes, graph)) return;
+  });
+  HandleIf(channel, bytes, outputs::kGraph, [&](const graph_t& graph) {
     progress_.closures = 0;
     for (const graph_edge_t& edge : graph.edge)
-      progress_.closures += edge.kind == kFull || edge.kind == kPartial;
-  } else if (channel == outputs::kMissionStatus.name) {
-    mission_status_t status{};
-    if (!Decode(bytes, status)) return;
+      progress_.closures +=
+          edge.kind == graph_edge_t::FULL_CLOSURE || edge.kind == graph_edge_t::PARTIAL_CLOSURE;
+  });
+  HandleIf(channel, bytes, outputs::kMissionStatus, [&](const mission_status_t& status) {
     progress_.state = status.state;
     progress_.end_reason = status.end_reason;
     progress_.explored_m3 = status.explored_m3;
-  }
+  });
 }
 
 struct LockStepSystem::Nodes {

@@ -99,7 +99,6 @@ void ProcessGroup::OnDeath(Child& child, int status) {
     throw SystemError(child.line.name + ": " + HowItDied(status) + "; " + OutputOf(child).string() +
                       ": " + LastLine(OutputOf(child)));
   LogLine(child.line.name + ": " + HowItDied(status) + ", started again");
-  ++restarts_;
   Spawn(child);
 }
 

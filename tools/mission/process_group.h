@@ -38,8 +38,6 @@ class ProcessGroup {
   /// SIGTERM to all in the opposite order of their start, SIGKILL to those that do not go.
   void Stop();
 
-  int restarts() const { return restarts_; }
-
  private:
   struct Child {
     ProgramLine line;
@@ -54,7 +52,6 @@ class ProcessGroup {
 
   std::filesystem::path program_folder_, log_folder_;
   std::vector<Child> children_;  // In order of their start.
-  int restarts_ = 0;
 };
 
 }  // namespace vog

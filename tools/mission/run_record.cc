@@ -14,27 +14,22 @@ namespace {
 class Recorder {
  public:
   void Add(const LogEvent& event) {
-    const auto is = [&](const auto& channel) { return event.channel == channel.name; };
-    if (is(inputs::kRun)) {
-      With<run_t>(event, [&](const run_t& run) { OnRun(run); });
-    } else if (is(inputs::kTruth)) {
-      With<truth_t>(event, [&](const truth_t& message) {
-        if (const auto X_WB = FromMessage(message.X_WB))
-          record_.truth.push_back({TimeOf(message.header), *X_WB});
-      });
-    } else if (is(outputs::kNav)) {
-      With<nav_t>(event, [&](const nav_t& message) {
-        if (const auto sample = FromMessage(message)) synchronizer_.Add(*sample);
-      });
-    } else if (is(outputs::kScan)) {
-      With<scan_t>(event, [&](const scan_t& message) {
-        if (auto scan = FromMessage(message)) synchronizer_.Add(std::move(*scan));
-      });
-    } else if (is(outputs::kGraph)) {
-      With<graph_t>(event, [&](const graph_t& graph) { OnGraph(graph); });
-    } else if (is(outputs::kMissionStatus)) {
-      With<mission_status_t>(event, [&](const mission_status_t& status) { OnStatus(status); });
-    }
+    const auto on = [&](const auto& channel, auto handle) {
+      HandleIf(event.channel, event.bytes, channel, handle);
+    };
+    on(inputs::kRun, [&](const run_t& run) { OnRun(run); });
+    on(inputs::kTruth, [&](const truth_t& message) {
+      if (const auto X_WB = FromMessage(message.X_WB))
+        record_.truth.push_back({TimeOf(message.header), *X_WB});
+    });
+    on(outputs::kNav, [&](const nav_t& message) {
+      if (const auto sample = FromMessage(message)) synchronizer_.Add(*sample);
+    });
+    on(outputs::kScan, [&](const scan_t& message) {
+      if (auto scan = FromMessage(message)) synchronizer_.Add(std::move(*scan));
+    });
+    on(outputs::kGraph, [&](const graph_t& graph) { OnGraph(graph); });
+    on(outputs::kMissionStatus, [&](const mission_status_t& status) { OnStatus(status); });
     while (auto registered = synchronizer_.Next())
       record_.scans.push_back({std::move(registered->scan), registered->odometry});
   }
@@ -48,12 +43,6 @@ class Recorder {
   }
 
  private:
-  template <class Message, class Handle>
-  static void With(const LogEvent& event, Handle handle) {
-    Message message{};
-    if (Decode(event.bytes, message)) handle(message);
-  }
-
   void OnRun(const run_t& run) {
     record_.config = Config::Parse(run.config_toml, "the log's configuration");
     record_.mode = run.mode;
@@ -67,9 +56,9 @@ class Recorder {
       return static_cast<int>(std::count_if(graph.edge.begin(), graph.edge.end(),
                                             [&](const auto& edge) { return edge.kind == kind; }));
     };
-    record_.full_closures = count(1);
-    record_.partial_closures = count(2);
-    record_.rejected_closures = count(3);
+    record_.full_closures = count(graph_edge_t::FULL_CLOSURE);
+    record_.partial_closures = count(graph_edge_t::PARTIAL_CLOSURE);
+    record_.rejected_closures = count(graph_edge_t::REJECTED_CLOSURE);
   }
 
   void OnStatus(const mission_status_t& status) {

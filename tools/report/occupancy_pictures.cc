@@ -43,8 +43,7 @@ void ExtendToMost(int axis, KnownSpace& space) {
 }
 
 KnownSpace ReadKnownSpace(const RunFolder& run) {
-  VogMap map(run.map.voxel_size_m, SensorModel(run.map.sensor_model));
-  for (const SubmapPtr& submap : run.map.submaps) map.Place(submap, run.map.X_WM.at(submap->id()));
+  const VogMap map = ToVogMap(run.map);
   KnownSpace space;
   space.voxel_size_m = run.map.voxel_size_m;
   if (run.exploration_box_W) space.bounds_W = *run.exploration_box_W;

@@ -168,10 +168,10 @@ std::string NodeTimes(const Json& timing) {
 }
 
 /// `x y z dx dy dz` lines of the edges of a kind.
-std::string EdgeData(const RunFolder& run, GraphEdge::Kind kind) {
+std::string EdgeData(const RunFolder& run, std::int8_t kind) {
   std::string text;
-  for (const GraphEdge& edge : run.edges) {
-    const auto from = run.map.X_WM.find(edge.from), to = run.map.X_WM.find(edge.to);
+  for (const graph_edge_t& edge : run.edges) {
+    const auto from = run.map.X_WM.find(edge.from_id), to = run.map.X_WM.find(edge.to_id);
     if (edge.kind != kind || from == run.map.X_WM.end() || to == run.map.X_WM.end()) continue;
     const Vec3 p = from->second.translation(), d = to->second.translation() - p;
     text += DataLine({p.x(), p.y(), p.z(), d.x(), d.y(), d.z()});
@@ -179,7 +179,7 @@ std::string EdgeData(const RunFolder& run, GraphEdge::Kind kind) {
   return text;
 }
 
-void AddEdges(const RunFolder& run, GraphEdge::Kind kind, const std::string& title,
+void AddEdges(const RunFolder& run, std::int8_t kind, const std::string& title,
               const std::string& style, Plot& plot) {
   const std::string data = EdgeData(run, kind);
   if (data.empty()) return;
@@ -190,10 +190,11 @@ void AddEdges(const RunFolder& run, GraphEdge::Kind kind, const std::string& tit
 
 Picture DrawGraph(const RunFolder& run) {
   Plot plot = StartPlace(run, kTopView);
-  AddEdges(run, GraphEdge::kOdometry, "odometry", "lw 1.2 lc rgb '#8c959f'", plot);
-  AddEdges(run, GraphEdge::kPartial, "partial",
+  AddEdges(run, graph_edge_t::ODOMETRY, "odometry", "lw 1.2 lc rgb '#8c959f'", plot);
+  AddEdges(run, graph_edge_t::PARTIAL_CLOSURE, "partial",
            std::string("lw 0.9 lc rgb '") + kPartialColour + "'", plot);
-  AddEdges(run, GraphEdge::kFull, "full", std::string("lw 1.8 lc rgb '") + kFullColour + "'", plot);
+  AddEdges(run, graph_edge_t::FULL_CLOSURE, "full",
+           std::string("lw 1.8 lc rgb '") + kFullColour + "'", plot);
   for (const auto& [id, X_WM] : run.map.X_WM) {
     const Vec3& p = X_WM.translation();
     plot.data["nodes"] += DataLine({p.x(), p.y()});
@@ -205,8 +206,9 @@ Picture DrawGraph(const RunFolder& run) {
 /// How often each reason for a rejection was given, numbers in it left aside.
 std::string RejectionTable(const RunFolder& run) {
   std::map<std::string, int> count;
-  for (const GraphEdge& edge : run.edges) {
-    if (edge.kind == GraphEdge::kRejected) ++count[edge.reason.empty() ? "(none)" : edge.reason];
+  for (const graph_edge_t& edge : run.edges) {
+    if (edge.kind == graph_edge_t::REJECTED_CLOSURE)
+      ++count[edge.reason.empty() ? "(none)" : edge.reason];
   }
   if (count.empty()) return "";
   std::vector<std::pair<std::string, int>> sorted(count.begin(), count.end());
@@ -264,11 +266,11 @@ std::string TimingHtml(const RunFolder& run) {
 
 std::string PoseGraphHtml(const RunFolder& run) {
   if (run.map.X_WM.empty()) return HtmlMissing("The map has no submaps.");
-  const auto count = [&](GraphEdge::Kind kind) { return std::to_string(run.CountEdges(kind)); };
+  const auto count = [&](std::int8_t kind) { return std::to_string(run.CountEdges(kind)); };
   const std::string caption =
       "From above, at the final poses: " + std::to_string(run.map.X_WM.size()) + " submaps, " +
-      count(GraphEdge::kFull) + " full and " + count(GraphEdge::kPartial) +
-      " partial loop closures; " + count(GraphEdge::kRejected) + " rejected.";
+      count(graph_edge_t::FULL_CLOSURE) + " full and " + count(graph_edge_t::PARTIAL_CLOSURE) +
+      " partial loop closures; " + count(graph_edge_t::REJECTED_CLOSURE) + " rejected.";
   return HtmlRow({HtmlFigure(DrawGraph(run), "The pose graph from above", caption),
                   run.edges.empty() ? HtmlMissing("The log tells no edges of the graph.")
                                     : RejectionTable(run)});

@@ -14,9 +14,9 @@ nlohmann::ordered_json KnownMetrics(const RunFolder& run) {
   if (!run.metrics.is_null()) return run.metrics;
   return {{"submaps", run.map.submaps.size()},
           {"loop_closures",
-           {{"full", run.CountEdges(GraphEdge::kFull)},
-            {"partial", run.CountEdges(GraphEdge::kPartial)},
-            {"rejected", run.CountEdges(GraphEdge::kRejected)}}}};
+           {{"full", run.CountEdges(graph_edge_t::FULL_CLOSURE)},
+            {"partial", run.CountEdges(graph_edge_t::PARTIAL_CLOSURE)},
+            {"rejected", run.CountEdges(graph_edge_t::REJECTED_CLOSURE)}}}};
 }
 
 /// A table a group; the two short last ones stand in one column.

@@ -43,21 +43,19 @@ class LogScanner {
   explicit LogScanner(RunFolder& run) : run_(run) {}
 
   void Add(const LogEvent& event) {
-    if (event.channel == inputs::kRun.name) {
-      With<run_t>(event, [&](const run_t& run) { OnRun(run); });
-    } else if (event.channel == outputs::kGraph.name) {
-      With<graph_t>(event, [&](const graph_t& graph) { OnGraph(graph); });
-    } else if (event.channel == outputs::kNav.name) {
-      With<nav_t>(event, [&](const nav_t& message) {
-        if (const auto sample = FromMessage(message))
-          run_.odometry.push_back({sample->time, sample->X_OB});
-      });
-    } else if (event.channel == outputs::kPose.name) {
-      With<pose_estimate_t>(event, [&](const pose_estimate_t& message) {
-        if (const auto X_WB = FromMessage(message.X_WB))
-          run_.estimate.push_back({TimeOf(message.header), *X_WB});
-      });
-    }
+    const auto on = [&](const auto& channel, auto handle) {
+      HandleIf(event.channel, event.bytes, channel, handle);
+    };
+    on(inputs::kRun, [&](const run_t& run) { OnRun(run); });
+    on(outputs::kGraph, [&](const graph_t& graph) { OnGraph(graph); });
+    on(outputs::kNav, [&](const nav_t& message) {
+      if (const auto sample = FromMessage(message))
+        run_.odometry.push_back({sample->time, sample->X_OB});
+    });
+    on(outputs::kPose, [&](const pose_estimate_t& message) {
+      if (const auto X_WB = FromMessage(message.X_WB))
+        run_.estimate.push_back({TimeOf(message.header), *X_WB});
+    });
     has_truth_ |= event.channel == inputs::kTruth.name;
   }
 
@@ -65,12 +63,6 @@ class LogScanner {
   bool has_truth() const { return has_truth_; }
 
  private:
-  template <class Message, class Handle>
-  static void With(const LogEvent& event, Handle handle) {
-    Message message{};
-    if (Decode(event.bytes, message)) handle(message);
-  }
-
   void OnRun(const run_t& run) {
     run_.program_version = run.program_version;
     run_.mode = run.mode;
@@ -81,12 +73,10 @@ class LogScanner {
 
   /// Each GRAPH is whole; the last one counts.
   void OnGraph(const graph_t& graph) {
-    run_.edges.clear();
-    for (const graph_edge_t& edge : graph.edge) {
-      if (edge.kind < GraphEdge::kOdometry || edge.kind > GraphEdge::kRejected) continue;
-      run_.edges.push_back(
-          {edge.from_id, edge.to_id, static_cast<GraphEdge::Kind>(edge.kind), edge.reason});
-    }
+    run_.edges = graph.edge;
+    std::erase_if(run_.edges, [](const graph_edge_t& edge) {
+      return edge.kind < graph_edge_t::ODOMETRY || edge.kind > graph_edge_t::REJECTED_CLOSURE;
+    });
   }
 
   RunFolder& run_;
@@ -129,9 +119,9 @@ void CheckFolder(const fs::path& folder) {
 
 }  // namespace
 
-int RunFolder::CountEdges(GraphEdge::Kind kind) const {
-  return static_cast<int>(std::count_if(edges.begin(), edges.end(),
-                                        [&](const GraphEdge& edge) { return edge.kind == kind; }));
+int RunFolder::CountEdges(std::int8_t kind) const {
+  return static_cast<int>(std::count_if(
+      edges.begin(), edges.end(), [&](const graph_edge_t& edge) { return edge.kind == kind; }));
 }
 
 std::string RunFolder::Title() const {

@@ -9,16 +9,9 @@
 #include "lib/geometry/trajectory.h"
 #include "lib/geometry/triangle_mesh.h"
 #include "lib/vogmap/map_folder.h"
+#include "vog/graph_edge_t.hpp"
 
 namespace vog {
-
-/// An edge of the pose graph.
-struct GraphEdge {
-  enum Kind { kOdometry, kFull, kPartial, kRejected };
-  SubmapId from = 0, to = 0;
-  Kind kind = kOdometry;
-  std::string reason;  ///< Why it was rejected.
-};
 
 /// What a finished run left on the disk. Parts that a run need not have are empty.
 struct RunFolder {
@@ -34,9 +27,9 @@ struct RunFolder {
   std::optional<TriangleMesh> scene_W;
   std::optional<Eigen::AlignedBox3d> exploration_box_W;
   StoredMap map;
-  std::vector<GraphEdge> edges;
+  std::vector<graph_edge_t> edges;  ///< Of the pose graph.
 
-  int CountEdges(GraphEdge::Kind kind) const;
+  int CountEdges(std::int8_t kind) const;
   /// The scene (or the mission, where that is not known) and what else tells this run from others,
   /// in a line.
   std::string Title() const;

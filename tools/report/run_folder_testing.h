@@ -103,7 +103,8 @@ class RunFolderTest : public testing::Test {
     map.voxel_size_m = kVoxel_m;
     map.complete = true;
     for (int id = 0; id < kSubmaps; ++id) {
-      Submap submap{{}, {}, {}, 0, Mat3::Zero(), BrickGrid(kVoxel_m)};
+      Submap submap{
+          .base = {}, .first_scan = {}, .last_scan = {}, .scans = 0, .grid = BrickGrid(kVoxel_m)};
       submap.base.id = id;
       submap.scans = 1;
       for (int x = -10; x < 10; ++x)

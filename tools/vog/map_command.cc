@@ -26,12 +26,6 @@ StoredMap Load(const std::string& folder) {
   return std::move(loaded.map);
 }
 
-VogMap ToVogMap(const StoredMap& stored) {
-  VogMap map(stored.voxel_size_m, SensorModel(stored.sensor_model));
-  for (const SubmapPtr& submap : stored.submaps) map.Place(submap, stored.X_WM.at(submap->id()));
-  return map;
-}
-
 const char* NameOf(VoxelState state) {
   switch (state) {
     case VoxelState::kFree:

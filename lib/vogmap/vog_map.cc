@@ -36,7 +36,7 @@ std::int32_t Add(std::int32_t sum, LogOddsUnits units) {
 struct VogMap::Block {
   static constexpr int kVoxels = kBlockSide * kBlockSide * kBlockSide;
 
-  std::vector<const Placed*> candidates;         // Submaps that may know a voxel of the block.
+  std::vector<const PlacedSubmap*> candidates;   // Submaps that may know a voxel of the block.
   std::array<std::int32_t, kVoxels> closed_sum;  // Over the closed submaps, unclamped.
   std::bitset<kVoxels> has_closed_sum;
   std::array<float, kVoxels> answer;  // With the open submap, clamped.
@@ -44,8 +44,7 @@ struct VogMap::Block {
   std::int64_t revision = -1;
 };
 
-VogMap::VogMap(double voxel_size_m, const SensorModel& model)
-    : OccupancyMap(voxel_size_m, ToLogOdds(model.occupied_from)), model_(model) {}
+VogMap::VogMap(double voxel_size_m, const SensorModel& model) : SubmapMap(voxel_size_m, model) {}
 
 VogMap::~VogMap() = default;
 VogMap::VogMap(VogMap&&) noexcept = default;
@@ -55,66 +54,7 @@ void VogMap::ReleaseCache() const {
   last_block_ = nullptr;
 }
 
-void VogMap::ForgetSums() {
-  ReleaseCache();
-  ++revision_;
-}
-
-void VogMap::Place(SubmapPtr submap, const Pose3& X_WM) {
-  const Eigen::AlignedBox3d bounds_M = submap->grid.BrickBounds();
-  const SubmapId id = submap->id();
-  const double sigma_m = Has(id) ? placed_.at(id).sigma_m : 0;
-  placed_[id] = Placed{std::move(submap), X_WM, X_WM.inverse(), bounds_M, sigma_m};
-  ForgetSums();
-}
-
-void VogMap::Move(const std::vector<std::pair<SubmapId, Pose3>>& poses_WM) {
-  for (const auto& [id, X_WM] : poses_WM) {
-    const auto found = placed_.find(id);
-    if (found == placed_.end()) continue;
-    found->second.X_WM = X_WM;
-    found->second.X_MW = X_WM.inverse();
-  }
-  ForgetSums();
-}
-
-void VogMap::Remove(SubmapId id) {
-  placed_.erase(id);
-  ForgetSums();
-}
-
-void VogMap::SetOpen(const BrickGrid* open, const Pose3& X_WM) {
-  open_ = open;
-  X_open_W_ = X_WM.inverse();
-  ++revision_;
-}
-
-void VogMap::SetSigmas(const std::vector<std::pair<SubmapId, double>>& sigmas_m) {
-  for (const auto& [id, sigma_m] : sigmas_m) {
-    const auto found = placed_.find(id);
-    if (found != placed_.end()) found->second.sigma_m = sigma_m;
-  }
-}
-
-double VogMap::max_sigma_m() const {
-  double max_m = 0;
-  for (const auto& [id, placed] : placed_) max_m = std::max(max_m, placed.sigma_m);
-  return std::hypot(max_m, sigma_since_m_);
-}
-
-double VogMap::SigmaAt(std::span<const Placed* const> candidates, const Vec3& p_W) const {
-  const auto is_occupied = [&](const BrickGrid& grid, const Pose3& X_MW) {
-    const LogOddsUnits units = grid.Get(grid.grid().KeyOf(X_MW * p_W));
-    return units != kUnknownUnits && units >= model_.occupied_from;
-  };
-  if (open_ != nullptr && is_occupied(*open_, X_open_W_)) return sigma_since_m_;
-  double least_m = std::numeric_limits<double>::infinity();
-  for (const Placed* placed : candidates) {
-    if (placed->sigma_m < least_m && is_occupied(placed->submap->grid, placed->X_MW))
-      least_m = placed->sigma_m;
-  }
-  return std::isinf(least_m) ? 0 : std::hypot(least_m, sigma_since_m_);
-}
+void VogMap::OnChange(SubmapId, const PlacedSubmap*, const PlacedSubmap*) { ReleaseCache(); }
 
 void VogMap::SigmaOf(std::span<const VoxelKey> voxels, std::span<float> sigma_m) const {
   for (std::size_t i = 0; i < voxels.size(); ++i)
@@ -122,28 +62,9 @@ void VogMap::SigmaOf(std::span<const VoxelKey> voxels, std::span<float> sigma_m)
         static_cast<float>(SigmaAt(BlockOf(voxels[i]).candidates, grid().CenterOf(voxels[i])));
 }
 
-std::vector<SubmapId> VogMap::ids() const {
-  std::vector<SubmapId> ids;
-  for (const auto& [id, placed] : placed_) ids.push_back(id);
-  return ids;
-}
-
-Eigen::AlignedBox3d VogMap::Bounds() const {
-  Eigen::AlignedBox3d bounds_W;
-  const auto extend = [&](const Eigen::AlignedBox3d& box_M, const Pose3& X_WM) {
-    for (int corner = 0; corner < 8; ++corner)
-      bounds_W.extend(X_WM * box_M.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner)));
-  };
-  for (const auto& [id, placed] : placed_) {
-    if (!placed.bounds_M.isEmpty()) extend(placed.submap->grid.Bounds(), placed.X_WM);
-  }
-  if (open_ != nullptr && open_->bricks() > 0) extend(open_->Bounds(), X_open_W_.inverse());
-  return bounds_W;
-}
-
-std::int32_t VogMap::SumAt(std::span<const Placed* const> candidates, const Vec3& p_W) const {
+std::int32_t VogMap::SumAt(std::span<const PlacedSubmap* const> candidates, const Vec3& p_W) const {
   std::int32_t sum = kUnknownSum;
-  for (const Placed* placed : candidates) {
+  for (const PlacedSubmap* placed : candidates) {
     const BrickGrid& grid = placed->submap->grid;
     sum = Add(sum, grid.Get(grid.grid().KeyOf(placed->X_MW * p_W)));
   }
@@ -152,23 +73,23 @@ std::int32_t VogMap::SumAt(std::span<const Placed* const> candidates, const Vec3
 
 float VogMap::WithOpen(std::int32_t closed_sum, const Vec3& p_W) const {
   std::int32_t sum = closed_sum;
-  if (open_ != nullptr) sum = Add(sum, open_->Get(open_->grid().KeyOf(X_open_W_ * p_W)));
-  return sum == kUnknownSum ? kUnknownLogOdds : ToLogOdds(model_.Clamp(sum));
+  if (open() != nullptr) sum = Add(sum, open()->Get(open()->grid().KeyOf(X_open_W() * p_W)));
+  return sum == kUnknownSum ? kUnknownLogOdds : ToLogOdds(model().Clamp(sum));
 }
 
 void VogMap::LogOddsAt(std::span<const Vec3> points_W, std::span<float> log_odds) const {
-  std::vector<const Placed*> all;
-  for (const auto& [id, placed] : placed_) all.push_back(&placed);
+  std::vector<const PlacedSubmap*> all;
+  for (const auto& [id, placed] : placed()) all.push_back(&placed);
   for (std::size_t i = 0; i < points_W.size(); ++i)
     log_odds[i] = WithOpen(SumAt(all, points_W[i]), points_W[i]);
 }
 
-std::vector<const VogMap::Placed*> VogMap::CandidatesFor(const VoxelKey& block) const {
+std::vector<const PlacedSubmap*> VogMap::CandidatesFor(const VoxelKey& block) const {
   const double side_m = kBlockSide * grid().voxel_size_m();
   const Vec3 center_W = side_m * Vec3(block.x + 0.5, block.y + 0.5, block.z + 0.5);
   const double radius_m = side_m * std::numbers::sqrt3 / 2;
-  std::vector<const Placed*> candidates;
-  for (const auto& [id, placed] : placed_) {
+  std::vector<const PlacedSubmap*> candidates;
+  for (const auto& [id, placed] : placed()) {
     if (placed.bounds_M.squaredExteriorDistance(placed.X_MW * center_W) <= radius_m * radius_m)
       candidates.push_back(&placed);
   }
@@ -201,9 +122,9 @@ float VogMap::Evaluate(Block& block, int index, const VoxelKey& voxel) const {
 
 float VogMap::LogOddsOfVoxel(const VoxelKey& voxel) const {
   Block& block = BlockOf(voxel);
-  if (block.revision != revision_) {
+  if (block.revision != revision()) {
     block.has_answer.reset();
-    block.revision = revision_;
+    block.revision = revision();
   }
   const int index = IndexInBlock(voxel);
   return block.has_answer[index] ? block.answer[index] : Evaluate(block, index, voxel);

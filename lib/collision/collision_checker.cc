@@ -52,21 +52,17 @@ void CollisionChecker::FindObstacles(const OccupancyMap& map,
                                      const Eigen::AlignedBox3d& bounds_W) const {
   obstacles_.clear();
   occupied_.clear();
-  const VoxelBox box = VoxelsOf(map.grid(), bounds_W);
-  map.LogOddsIn(box, log_odds_);
-  std::size_t i = 0;
-  ForEachVoxel(box, [&](const VoxelKey& voxel) {
-    const VoxelState state = map.StateOf(log_odds_[i++]);
-    if (state == VoxelState::kFree) return;
-    const Vec3 center_W = map.grid().CenterOf(voxel);
-    if (state == VoxelState::kOccupied) {
+  map.NotFreeIn(VoxelsOf(map.grid(), bounds_W), not_free_);
+  for (const VoxelAnswer& voxel : not_free_) {
+    const Vec3 center_W = map.grid().CenterOf(voxel.key);
+    if (map.IsOccupied(voxel.log_odds)) {
       if (presence_ == Presence::kCoversUnknown || !IsInsideHull(center_W))
-        occupied_.push_back(voxel);
+        occupied_.push_back(voxel.key);
     } else if (rules_.unknown_blocks && !IsInsideHull(center_W) &&
                (center_W - bubble_.center_W_m).norm() >= bubble_.radius_m) {
       obstacles_.push_back({center_W, Vec3::Constant(rules_.unknown_clearance_m)});
     }
-  });
+  }
   sigma_m_.resize(occupied_.size());
   map.SigmaOf(occupied_, sigma_m_);
   for (std::size_t o = 0; o < occupied_.size(); ++o) {

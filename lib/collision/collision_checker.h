@@ -75,7 +75,8 @@ class CollisionChecker {
   Vec3 presence_half_m_ = Vec3::Zero();
   Presence presence_ = Presence::kCoversUnknown;
   // Scratch.
-  mutable std::vector<float> log_odds_, sigma_m_;
+  mutable std::vector<VoxelAnswer> not_free_;
+  mutable std::vector<float> sigma_m_;
   mutable std::vector<VoxelKey> occupied_;
   mutable std::vector<Obstacle> obstacles_;
 };

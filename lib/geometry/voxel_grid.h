@@ -30,7 +30,10 @@ class VoxelGrid {
 
  private:
   std::int32_t Index(double coordinate) const {
-    return static_cast<std::int32_t>(std::floor(voxels_per_m_ * coordinate));
+    // Rounds down; std::floor is a call where the instruction set has none.
+    const double voxels = voxels_per_m_ * coordinate;
+    const auto whole = static_cast<std::int64_t>(voxels);
+    return static_cast<std::int32_t>(whole - (static_cast<double>(whole) > voxels));
   }
   double Center(std::int32_t index) const { return (index + 0.5) * voxel_size_m_; }
 
@@ -43,25 +46,34 @@ class VoxelGrid {
 template <class Visit>
 void WalkVoxels(const VoxelGrid& grid, const Vec3& origin, const Vec3& direction, double length_m,
                 Visit visit) {
-  const VoxelKey start = grid.KeyOf(origin);
-  std::int32_t key[3] = {start.x, start.y, start.z};
-  int step[3];
-  double next_m[3], delta_m[3];
+  // What a step along each axis adds: tables, because which axis is next cannot be predicted.
+  struct Step {
+    std::int32_t key[3] = {0, 0, 0};
+    double next_m[3] = {0, 0, 0};
+  };
+  Step steps[3];
+  VoxelKey key = grid.KeyOf(origin);
+  const std::int32_t start[3] = {key.x, key.y, key.z};
+  double next_m[3];
   for (int i = 0; i < 3; ++i) {
-    step[i] = direction[i] > 0 ? 1 : -1;
-    const double border = (key[i] + (step[i] > 0 ? 1 : 0)) * grid.voxel_size_m();
+    steps[i].key[i] = direction[i] > 0 ? 1 : -1;
+    const double border = (start[i] + (direction[i] > 0 ? 1 : 0)) * grid.voxel_size_m();
     const bool moves = direction[i] != 0;
     next_m[i] = moves ? (border - origin[i]) / direction[i] : std::numeric_limits<double>::max();
-    delta_m[i] = moves ? grid.voxel_size_m() / std::abs(direction[i]) : 0;
+    steps[i].next_m[i] = moves ? grid.voxel_size_m() / std::abs(direction[i]) : 0;
   }
-  double entered_m = 0;
-  while (visit(VoxelKey{key[0], key[1], key[2]}, entered_m)) {
-    const int xy = next_m[0] < next_m[1] ? 0 : 1;
-    const int axis = next_m[xy] < next_m[2] ? xy : 2;
-    entered_m = next_m[axis];
+  double x_m = next_m[0], y_m = next_m[1], z_m = next_m[2], entered_m = 0;
+  while (visit(key, entered_m)) {
+    const int xy = x_m < y_m ? 0 : 1;
+    const double xy_m = x_m < y_m ? x_m : y_m;
+    const int axis = xy_m < z_m ? xy : 2;
+    entered_m = xy_m < z_m ? xy_m : z_m;
     if (entered_m > length_m) return;
-    key[axis] += step[axis];
-    next_m[axis] += delta_m[axis];
+    const Step& step = steps[axis];
+    key = {key.x + step.key[0], key.y + step.key[1], key.z + step.key[2]};
+    x_m += step.next_m[0];
+    y_m += step.next_m[1];
+    z_m += step.next_m[2];
   }
 }
 

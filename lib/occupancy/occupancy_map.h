@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -57,6 +58,12 @@ struct RayVoxel {
   float log_odds = kUnknownLogOdds;
 };
 
+/// A voxel and its answer.
+struct VoxelAnswer {
+  VoxelKey key;
+  float log_odds = kUnknownLogOdds;
+};
+
 /// All that a planner or an evaluation may ask of a map, in W. Answers are log-odds of occupancy;
 /// kUnknownLogOdds where nothing was observed. Queries are const but may fill caches: use a map
 /// from one thread at a time.
@@ -74,10 +81,44 @@ class OccupancyMap {
   /// VoxelBox::IndexOf.
   virtual void LogOddsIn(const VoxelBox& box, std::vector<float>& log_odds) const = 0;
 
+  /// Replaces `voxels` by those of `box` that are not free: occupied or unknown. In an order that
+  /// depends on the box alone.
+  virtual void NotFreeIn(const VoxelBox& box, std::vector<VoxelAnswer>& voxels) const {
+    std::vector<float> log_odds;
+    LogOddsIn(box, log_odds);
+    voxels.clear();
+    std::size_t i = 0;
+    ForEachVoxel(box, [&](const VoxelKey& voxel) {
+      if (!IsFree(log_odds[i])) voxels.push_back({voxel, log_odds[i]});
+      ++i;
+    });
+  }
+
   /// Replaces `ray` by the voxels from `origin_W` along the unit vector `direction_W`, up to
   /// `range_m` or to the first occupied one, which is included.
   virtual void CastRay(const Vec3& origin_W, const Vec3& direction_W, double range_m,
                        std::vector<RayVoxel>& ray) const = 0;
+
+  /// The first occupied voxel on a ray like CastRay()'s.
+  virtual std::optional<RayVoxel> FirstHit(const Vec3& origin_W, const Vec3& direction_W,
+                                           double range_m) const {
+    std::vector<RayVoxel> ray;
+    CastRay(origin_W, direction_W, range_m, ray);
+    if (ray.empty() || !IsOccupied(ray.back().log_odds)) return std::nullopt;
+    return ray.back();
+  }
+
+  /// How many unknown voxels the rays of a view cross before they end, each ray for itself.
+  virtual int CountUnknown(const Vec3& origin_W, std::span<const Vec3> directions_W,
+                           double range_m) const {
+    int unknown = 0;
+    std::vector<RayVoxel> ray;
+    for (const Vec3& direction_W : directions_W) {
+      CastRay(origin_W, direction_W, range_m, ray);
+      for (const RayVoxel& voxel : ray) unknown += !IsKnown(voxel.log_odds);
+    }
+    return unknown;
+  }
 
   /// How far the content of each voxel may lie sideways from where the map shows it, seen from the
   /// vehicle: standard deviation [m] of the best placed observation that makes it occupied. 0 where

@@ -93,6 +93,23 @@ bool BrickGrid::HasBrickAt(const VoxelKey& key) const {
          table_[(z * size_[1] + y) * size_[0] + x] != kNoBrick;
 }
 
+bool BrickGrid::HasBrickIn(const VoxelKey& min, const VoxelKey& max) const {
+  const auto first = [&](int axis, std::int32_t voxel, std::int32_t origin) {
+    return std::clamp<std::int32_t>((voxel >> kBrickBits) - origin, 0,
+                                    static_cast<std::int32_t>(size_[axis]));
+  };
+  const auto end = [&](int axis, std::int32_t voxel, std::int32_t origin) {
+    return std::clamp<std::int32_t>((voxel >> kBrickBits) - origin + 1, 0,
+                                    static_cast<std::int32_t>(size_[axis]));
+  };
+  for (std::int32_t z = first(2, min.z, origin_.z); z < end(2, max.z, origin_.z); ++z)
+    for (std::int32_t y = first(1, min.y, origin_.y); y < end(1, max.y, origin_.y); ++y)
+      for (std::int32_t x = first(0, min.x, origin_.x); x < end(0, max.x, origin_.x); ++x)
+        if (table_[(static_cast<std::size_t>(z) * size_[1] + y) * size_[0] + x] != kNoBrick)
+          return true;
+  return false;
+}
+
 BrickGrid::VoxelBounds BrickGrid::BrickBox() const {
   VoxelBounds bounds;
   for (std::uint32_t z = 0; z < size_[2]; ++z)

@@ -17,6 +17,7 @@ class BrickGrid {
   static constexpr int kBrickBits = 3;
   static constexpr std::int32_t kBrickSide = 1 << kBrickBits;
   static constexpr int kBrickVoxels = kBrickSide * kBrickSide * kBrickSide;
+  static constexpr std::uint16_t kNoBrick = 0xffff;
 
   explicit BrickGrid(double voxel_size_m) : grid_(voxel_size_m) {}
 
@@ -58,6 +59,8 @@ class BrickGrid {
 
   /// Whether the brick that holds `key` was ever written to.
   bool HasBrickAt(const VoxelKey& key) const;
+  /// Whether some brick meets the box of voxels, both ends included.
+  bool HasBrickIn(const VoxelKey& min, const VoxelKey& max) const;
 
   /// The voxels that bricks span, both ends included.
   struct VoxelBounds {
@@ -73,12 +76,18 @@ class BrickGrid {
   Eigen::AlignedBox3d BrickBounds() const;
 
   std::size_t bricks() const { return bricks_.size(); }
+
+  /// The bare storage, for those who read many grids at once. A table over table_size() bricks from
+  /// table_origin() on (in bricks), x fastest, then y, of brick numbers or kNoBrick; values of
+  /// brick n from n * kBrickVoxels on, see IndexInBrick(). They live until the grid is changed.
+  const std::uint16_t* table() const { return table_.data(); }
+  const LogOddsUnits* values() const { return bricks_.empty() ? nullptr : bricks_.front().data(); }
+  const VoxelKey& table_origin() const { return origin_; }
+  const std::array<std::uint32_t, 3>& table_size() const { return size_; }
   std::size_t memory_bytes() const;
 
  private:
   using Brick = std::array<LogOddsUnits, kBrickVoxels>;
-  static constexpr std::uint16_t kNoBrick = 0xffff;
-
   static std::uint32_t TableCoordinate(std::int32_t index, std::int32_t origin) {
     return static_cast<std::uint32_t>((index >> kBrickBits) - origin);
   }

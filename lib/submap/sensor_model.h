@@ -15,10 +15,10 @@ inline constexpr LogOddsUnits kUnknownUnits = -128;
 inline constexpr float kLogOddsPerUnit = 1.0f / 32;
 
 inline float ToLogOdds(int units) { return static_cast<float>(units) * kLogOddsPerUnit; }
-/// The nearest number of units, -127 .. 127.
+/// The nearest number of units, -126 .. 126: the ends of their range stay free for marks.
 inline LogOddsUnits ToUnits(double log_odds) {
   return static_cast<LogOddsUnits>(
-      std::clamp(std::round(log_odds / kLogOddsPerUnit), -127.0, 127.0));
+      std::clamp(std::round(log_odds / kLogOddsPerUnit), -126.0, 126.0));
 }
 
 inline double LogOddsOfProbability(double p) { return std::log(p / (1 - p)); }

@@ -55,6 +55,20 @@ void SubmapMap::NoteOpenGrew() {
   OnOpenChange();
 }
 
+float SubmapMap::DirectLogOddsAt(const Vec3& p_W) const {
+  int sum = 0;
+  bool is_known = false;
+  const auto add = [&](const BrickGrid& grid, const Pose3& X_MW) {
+    const LogOddsUnits units = grid.Get(grid.grid().KeyOf(X_MW * p_W));
+    if (units == kUnknownUnits) return;
+    sum += units;
+    is_known = true;
+  };
+  for (const auto& [id, placed] : placed_) add(placed.submap->grid, placed.X_MW);
+  if (open_ != nullptr) add(*open_, X_open_W_);
+  return is_known ? ToLogOdds(model_.Clamp(sum)) : kUnknownLogOdds;
+}
+
 void SubmapMap::SetSigmas(const std::vector<std::pair<SubmapId, double>>& sigmas_m) {
   for (const auto& [id, sigma_m] : sigmas_m) {
     const auto found = placed_.find(id);

@@ -75,6 +75,9 @@ class SubmapMap : public OccupancyMap {
   const BrickGrid* open() const { return open_; }
   const Pose3& X_open_W() const { return X_open_W_; }
 
+  /// Eq. 5 at the point itself, from all submaps.
+  float DirectLogOddsAt(const Vec3& p_W) const;
+
   /// SigmaOf() at `p_W`, looking at `candidates` alone.
   template <class Candidates>
   double SigmaAt(const Candidates& candidates, const Vec3& p_W) const;

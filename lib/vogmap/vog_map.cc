@@ -1,16 +1,21 @@
 #include "lib/vogmap/vog_map.h"
 
+#include <algorithm>
 #include <array>
-#include <bitset>
-#include <cmath>
-#include <limits>
-#include <numbers>
+#include <bit>
+#include <deque>
+
+#include "lib/vogmap/block_table.h"
+#include "lib/vogmap/lane_sum.h"
 
 namespace vog {
 namespace {
 
-constexpr int kBlockBits = 3;
-constexpr int kBlockSide = 1 << kBlockBits;
+constexpr int kSlice = kBlockSide * kBlockSide;  // Voxels of a block at one z.
+constexpr int kBlockVoxels = kSlice * kBlockSide;
+
+/// In place of an answer: nobody has asked yet.
+constexpr LogOddsUnits kNotAnswered = 127;
 
 VoxelKey BlockKeyOf(const VoxelKey& voxel) {
   return {voxel.x >> kBlockBits, voxel.y >> kBlockBits, voxel.z >> kBlockBits};
@@ -22,126 +27,435 @@ int IndexInBlock(const VoxelKey& voxel) {
          (voxel.x & kMask);
 }
 
-/// No submap has observed the place.
-constexpr std::int32_t kUnknownSum = std::numeric_limits<std::int32_t>::min();
+VoxelKey OffsetOf(int index) {
+  constexpr int kMask = kBlockSide - 1;
+  return {index & kMask, index >> kBlockBits & kMask, index >> (2 * kBlockBits)};
+}
 
-std::int32_t Add(std::int32_t sum, LogOddsUnits units) {
-  if (units == kUnknownUnits) return sum;
-  return sum == kUnknownSum ? units : sum + units;
+VoxelKey VoxelOf(const VoxelKey& block, int index) {
+  const VoxelKey offset = OffsetOf(index);
+  return {block.x * kBlockSide + offset.x, block.y * kBlockSide + offset.y,
+          block.z * kBlockSide + offset.z};
+}
+
+/// The answer for each number of units, unknown's first.
+constexpr std::array<float, 256> kAnswers = [] {
+  std::array<float, 256> answers{};
+  for (int units = -128; units < 128; ++units)
+    answers[static_cast<std::size_t>(units + 128)] =
+        units == kUnknownUnits ? kUnknownLogOdds : static_cast<float>(units) * kLogOddsPerUnit;
+  return answers;
+}();
+
+float AnswerOf(LogOddsUnits units) { return kAnswers[static_cast<std::size_t>(units + 128)]; }
+
+/// A bit for each voxel of a block, a word for each z.
+class BlockBits {
+ public:
+  bool Get(int index) const { return words_[Word(index)] >> Bit(index) & 1; }
+  void Set(int index, bool value) {
+    const std::uint64_t bit = std::uint64_t{1} << Bit(index);
+    words_[Word(index)] = value ? words_[Word(index)] | bit : words_[Word(index)] & ~bit;
+  }
+  void Reset() { words_.fill(0); }
+  std::uint64_t Slice(int z) const { return words_[static_cast<std::size_t>(z)]; }
+  template <class Visit>
+  void ForEach(Visit visit) const {
+    for (int z = 0; z < kBlockSide; ++z)
+      for (std::uint64_t left = Slice(z); left != 0; left &= left - 1)
+        visit(z * kSlice + std::countr_zero(left));
+  }
+
+ private:
+  static std::size_t Word(int index) { return static_cast<std::size_t>(index / kSlice); }
+  static int Bit(int index) { return index % kSlice; }
+
+  std::array<std::uint64_t, kBlockSide> words_{};
+};
+
+/// Bits of the voxels of a slice from (x0, y0) to (x1, y1), both included.
+std::uint64_t SliceMask(int x0, int x1, int y0, int y1) {
+  const std::uint64_t row = (0xffu >> (7 - x1 + x0)) << x0;
+  std::uint64_t mask = 0;
+  for (int y = y0; y <= y1; ++y) mask |= row << (kBlockSide * y);
+  return mask;
+}
+
+/// Groups of lanes for a list of submaps.
+std::vector<SubmapLanes> LanesFor(const std::vector<const PlacedSubmap*>& submaps,
+                                  double voxel_size_m) {
+  std::vector<SubmapLanes> lanes((submaps.size() + kLanes - 1) / kLanes);
+  for (std::size_t i = 0; i < submaps.size(); ++i)
+    lanes[i / kLanes].Set(static_cast<int>(i % kLanes), submaps[i], voxel_size_m);
+  return lanes;
 }
 
 }  // namespace
 
-/// Answers at the centres of 8 x 8 x 8 global voxels, evaluated when they are asked for.
-struct VogMap::Block {
-  static constexpr int kVoxels = kBlockSide * kBlockSide * kBlockSide;
+/// The remembered answers and what they came from.
+class VogMap::Cache {
+ public:
+  struct Block {
+    VoxelKey key;
+    std::int64_t change = -1;    // Sums are those after this many changes of closed submaps.
+    std::int64_t revision = -1;  // Of the map when the block was last looked after.
+    bool holds_open = false;     // The answers contain the open submap.
+    std::vector<CandidateLanes> candidates;  // Once has_candidates.
+    bool has_candidates = false;
+    BlockBits is_summed, is_answered, is_not_free;
+    alignas(64) std::array<LogOddsUnits, kBlockVoxels> answer;
+    std::array<VoxelSum, kBlockVoxels> sum;
+  };
 
-  std::vector<const PlacedSubmap*> candidates;   // Submaps that may know a voxel of the block.
-  std::array<std::int32_t, kVoxels> closed_sum;  // Over the closed submaps, unclamped.
-  std::bitset<kVoxels> has_closed_sum;
-  std::array<float, kVoxels> answer;  // With the open submap, clamped.
-  std::bitset<kVoxels> has_answer;    // Of the map's revision below.
-  std::int64_t revision = -1;
+  Cache(const VoxelGrid& grid, const SensorModel& model) : grid_(grid), model_(model) {}
+
+  // --- Changes ---
+
+  void OnChange(SubmapId id, const PlacedSubmap* before, const PlacedSubmap* after) {
+    ++revision_;
+    ++changes_;
+    journal_.push_back({id, before == nullptr ? PlacedSubmap{} : *before, SlotOf(id)});
+    const Slot slot = journal_.back().slot;
+    submaps_[slot.group].Set(slot.lane, after, grid_.voxel_size_m());
+    if (after == nullptr) {
+      slots_.erase(id);
+      free_slots_.push_back(slot);
+    }
+    if (journal_.size() > MaxJournal()) journal_.pop_front();
+    last_block_ = nullptr;
+    catch_up_.reset();
+  }
+
+  void OnOpenChange(const BrickGrid* open, const Pose3& X_MW) {
+    ++revision_;
+    open_ = open;
+    X_open_W_ = X_MW;
+    open_bounds_M_ = open == nullptr ? Eigen::AlignedBox3d() : open->BrickBounds();
+    last_block_ = nullptr;
+  }
+
+  // --- Answers ---
+
+  Block& BlockOf(const VoxelKey& key) {
+    if (last_block_ != nullptr && last_block_->key == key) return *last_block_;
+    Block* block = blocks_.Find(key);
+    if (block == nullptr) {
+      block = &blocks_.Add(key);
+      block->key = key;
+    }
+    if (block->revision != revision_) Refresh(*block);
+    last_block_ = block;
+    return *block;
+  }
+
+  LogOddsUnits UnitsOf(Block& block, int index) {
+    const LogOddsUnits units = block.answer[static_cast<std::size_t>(index)];
+    return units == kNotAnswered ? Answer(block, index) : units;
+  }
+
+  LogOddsUnits UnitsOf(const VoxelKey& voxel) {
+    return UnitsOf(BlockOf(BlockKeyOf(voxel)), IndexInBlock(voxel));
+  }
+
+  /// The voxels of a block among `mask` at height z that are not free, as bits.
+  std::uint64_t NotFreeIn(Block& block, int z, std::uint64_t mask) {
+    for (std::uint64_t left = mask & ~block.is_answered.Slice(z); left != 0; left &= left - 1)
+      Answer(block, z * kSlice + std::countr_zero(left));
+    return mask & block.is_not_free.Slice(z);
+  }
+
+  /// The closed submaps that may know a voxel of a block.
+  std::vector<const PlacedSubmap*> SubmapsNear(Block& block) {
+    std::vector<const PlacedSubmap*> submaps;
+    for (const CandidateLanes& group : CandidatesFor(block))
+      for (const PlacedSubmap* placed : group.placed)
+        if (placed != nullptr) submaps.push_back(placed);
+    return submaps;
+  }
+
+  void Clear() {
+    blocks_.Clear();
+    last_block_ = nullptr;
+    held_groups_ = 0;
+  }
+
+ private:
+  struct Slot {
+    std::size_t group;
+    int lane;
+  };
+  struct Change {
+    SubmapId id;
+    PlacedSubmap before;  // Without a submap if there was none.
+    Slot slot;
+  };
+  /// What has to be taken out of the sums of a block and put into them.
+  struct CatchUp {
+    std::int64_t from_change;
+    std::deque<PlacedSubmap> before;
+    std::vector<SubmapLanes> out, in;
+  };
+
+  // Some 200 MB. Candidates are quick to find again.
+  static constexpr std::size_t kMaxHeldGroups = (200u << 20) / sizeof(CandidateLanes);
+
+  // Beyond this many changes, beginning anew is as good.
+  std::size_t MaxJournal() const { return std::max<std::size_t>(32, slots_.size() / 4); }
+
+  Slot SlotOf(SubmapId id) {
+    const auto found = slots_.find(id);
+    if (found != slots_.end()) return found->second;
+    if (free_slots_.empty()) {
+      for (int lane = kLanes - 1; lane >= 0; --lane) free_slots_.push_back({submaps_.size(), lane});
+      submaps_.emplace_back();
+    }
+    const Slot slot = free_slots_.back();
+    free_slots_.pop_back();
+    slots_.emplace(id, slot);
+    return slot;
+  }
+
+  void Refresh(Block& block) {
+    const bool keeps_sums = block.change == changes_ || Update(block);
+    if (!keeps_sums) {
+      block.is_summed.Reset();
+      ForgetCandidates(block);
+      block.change = changes_;
+    }
+    const bool meets_open = MeetsOpen(block.key);
+    if (!keeps_sums || meets_open || block.holds_open) ForgetAnswers(block);
+    block.holds_open = meets_open;
+    block.revision = revision_;
+  }
+
+  void ForgetAnswers(Block& block) {
+    block.is_answered.Reset();
+    block.is_not_free.Reset();
+    block.answer.fill(kNotAnswered);
+  }
+
+  bool MeetsOpen(const VoxelKey& block) const {
+    if (open_bounds_M_.isEmpty()) return false;
+    const double side_m = kBlockSide * grid_.voxel_size_m();
+    const Vec3 middle_M = X_open_W_ * (side_m * Vec3(block.x + 0.5, block.y + 0.5, block.z + 0.5));
+    return open_bounds_M_.exteriorDistance(middle_M) <= side_m;
+  }
+
+  /// Brings the sums of a block up to date from what has changed since; false if too much has.
+  bool Update(Block& block) {
+    if (block.change < changes_ - static_cast<std::int64_t>(journal_.size())) return false;
+    if (!catch_up_ || catch_up_->from_change != block.change) catch_up_ = CatchUpFrom(block.change);
+    ExchangeParts(CandidatesOf(catch_up_->out, grid_, block.key),
+                  CandidatesOf(catch_up_->in, grid_, block.key), block);
+    block.change = changes_;
+    return true;
+  }
+
+  std::unique_ptr<CatchUp> CatchUpFrom(std::int64_t change) const {
+    auto catch_up = std::make_unique<CatchUp>();
+    catch_up->from_change = change;
+    // The first change of a submap since then tells what the block has seen of it.
+    std::map<SubmapId, const Change*> first;
+    const auto since = static_cast<std::ptrdiff_t>(changes_ - change);
+    for (auto it = journal_.end() - since; it != journal_.end(); ++it) first.emplace(it->id, &*it);
+    std::vector<const PlacedSubmap*> out, in;
+    for (const auto& [id, entry] : first) {
+      if (entry->before.submap != nullptr) {
+        out.push_back(&catch_up->before.emplace_back(entry->before));
+      }
+      if (const auto slot = slots_.find(id); slot != slots_.end())
+        in.push_back(submaps_[slot->second.group].placed(slot->second.lane));
+    }
+    catch_up->out = LanesFor(out, grid_.voxel_size_m());
+    catch_up->in = LanesFor(in, grid_.voxel_size_m());
+    return catch_up;
+  }
+
+  /// Takes the parts of some submaps out of a block's sums and puts those of others in.
+  void ExchangeParts(const std::vector<CandidateLanes>& out, const std::vector<CandidateLanes>& in,
+                     Block& block) {
+    if (out.empty() && in.empty()) return;
+    ForgetCandidates(block);
+    block.is_summed.ForEach([&](int index) {
+      const VoxelSum lost = SumCandidates(out, grid_, block.key, OffsetOf(index));
+      const VoxelSum got = SumCandidates(in, grid_, block.key, OffsetOf(index));
+      if (lost.observers == 0 && got.observers == 0) return;
+      VoxelSum& sum = block.sum[static_cast<std::size_t>(index)];
+      sum.units += got.units - lost.units;
+      sum.observers += got.observers - lost.observers;
+      if (!block.holds_open) Answer(block, index);
+    });
+  }
+
+  const std::vector<CandidateLanes>& CandidatesFor(Block& block) {
+    if (block.has_candidates) return block.candidates;
+    if (held_groups_ > kMaxHeldGroups)
+      blocks_.ForEach([this](Block& other) { ForgetCandidates(other); });
+    block.candidates = CandidatesOf(submaps_, grid_, block.key);
+    block.candidates.shrink_to_fit();
+    block.has_candidates = true;
+    held_groups_ += block.candidates.size();
+    return block.candidates;
+  }
+
+  void ForgetCandidates(Block& block) {
+    held_groups_ -= block.candidates.size();
+    block.candidates = {};
+    block.has_candidates = false;
+  }
+
+  [[gnu::noinline]] LogOddsUnits Answer(Block& block, int index) {
+    VoxelSum& sum = block.sum[static_cast<std::size_t>(index)];
+    if (!block.is_summed.Get(index)) {
+      sum = SumCandidates(CandidatesFor(block), grid_, block.key, OffsetOf(index));
+      block.is_summed.Set(index, true);
+    }
+    const LogOddsUnits units =
+        block.holds_open ? WithOpen(sum, VoxelOf(block.key, index)) : Clamped(sum);
+    block.answer[static_cast<std::size_t>(index)] = units;
+    block.is_answered.Set(index, true);
+    block.is_not_free.Set(index, units == kUnknownUnits || units >= model_.occupied_from);
+    return units;
+  }
+
+  LogOddsUnits Clamped(const VoxelSum& sum) const {
+    return sum.observers == 0 ? kUnknownUnits : static_cast<LogOddsUnits>(model_.Clamp(sum.units));
+  }
+
+  LogOddsUnits WithOpen(VoxelSum sum, const VoxelKey& voxel) const {
+    const LogOddsUnits units = open_->Get(open_->grid().KeyOf(X_open_W_ * grid_.CenterOf(voxel)));
+    if (units != kUnknownUnits) {
+      sum.units += units;
+      ++sum.observers;
+    }
+    return Clamped(sum);
+  }
+
+  VoxelGrid grid_;
+  SensorModel model_;
+  std::int64_t revision_ = 0;
+
+  std::map<SubmapId, Slot> slots_;
+  std::vector<Slot> free_slots_;
+  std::vector<SubmapLanes> submaps_;
+  std::int64_t changes_ = 0;
+  std::deque<Change> journal_;  // The newest changes, without a gap.
+  std::unique_ptr<CatchUp> catch_up_;
+
+  const BrickGrid* open_ = nullptr;
+  Pose3 X_open_W_ = Pose3::Identity();
+  Eigen::AlignedBox3d open_bounds_M_;
+
+  BlockTable<Block> blocks_;
+  std::size_t held_groups_ = 0;  // Of candidates, in all blocks.
+  Block* last_block_ = nullptr;  // Is up to date.
 };
 
-VogMap::VogMap(double voxel_size_m, const SensorModel& model) : SubmapMap(voxel_size_m, model) {}
+VogMap::VogMap(double voxel_size_m, const SensorModel& model)
+    : SubmapMap(voxel_size_m, model), cache_(std::make_unique<Cache>(grid(), model)) {}
 
 VogMap::~VogMap() = default;
 VogMap::VogMap(VogMap&&) noexcept = default;
 
-void VogMap::ReleaseCache() const {
-  blocks_.clear();
-  last_block_ = nullptr;
+void VogMap::ReleaseCache() const { cache_->Clear(); }
+
+void VogMap::OnChange(SubmapId id, const PlacedSubmap* before, const PlacedSubmap* after) {
+  cache_->OnChange(id, before, after);
 }
 
-void VogMap::OnChange(SubmapId, const PlacedSubmap*, const PlacedSubmap*) { ReleaseCache(); }
-
-void VogMap::SigmaOf(std::span<const VoxelKey> voxels, std::span<float> sigma_m) const {
-  for (std::size_t i = 0; i < voxels.size(); ++i)
-    sigma_m[i] =
-        static_cast<float>(SigmaAt(BlockOf(voxels[i]).candidates, grid().CenterOf(voxels[i])));
-}
-
-std::int32_t VogMap::SumAt(std::span<const PlacedSubmap* const> candidates, const Vec3& p_W) const {
-  std::int32_t sum = kUnknownSum;
-  for (const PlacedSubmap* placed : candidates) {
-    const BrickGrid& grid = placed->submap->grid;
-    sum = Add(sum, grid.Get(grid.grid().KeyOf(placed->X_MW * p_W)));
-  }
-  return sum;
-}
-
-float VogMap::WithOpen(std::int32_t closed_sum, const Vec3& p_W) const {
-  std::int32_t sum = closed_sum;
-  if (open() != nullptr) sum = Add(sum, open()->Get(open()->grid().KeyOf(X_open_W() * p_W)));
-  return sum == kUnknownSum ? kUnknownLogOdds : ToLogOdds(model().Clamp(sum));
-}
+void VogMap::OnOpenChange() { cache_->OnOpenChange(open(), X_open_W()); }
 
 void VogMap::LogOddsAt(std::span<const Vec3> points_W, std::span<float> log_odds) const {
-  std::vector<const PlacedSubmap*> all;
-  for (const auto& [id, placed] : placed()) all.push_back(&placed);
-  for (std::size_t i = 0; i < points_W.size(); ++i)
-    log_odds[i] = WithOpen(SumAt(all, points_W[i]), points_W[i]);
-}
-
-std::vector<const PlacedSubmap*> VogMap::CandidatesFor(const VoxelKey& block) const {
-  const double side_m = kBlockSide * grid().voxel_size_m();
-  const Vec3 center_W = side_m * Vec3(block.x + 0.5, block.y + 0.5, block.z + 0.5);
-  const double radius_m = side_m * std::numbers::sqrt3 / 2;
-  std::vector<const PlacedSubmap*> candidates;
-  for (const auto& [id, placed] : placed()) {
-    if (placed.bounds_M.squaredExteriorDistance(placed.X_MW * center_W) <= radius_m * radius_m)
-      candidates.push_back(&placed);
-  }
-  return candidates;
-}
-
-VogMap::Block& VogMap::BlockOf(const VoxelKey& voxel) const {
-  const VoxelKey key = BlockKeyOf(voxel);
-  if (last_block_ != nullptr && key == last_block_key_) return *last_block_;
-  std::unique_ptr<Block>& block = blocks_[key];
-  if (block == nullptr) {
-    block = std::make_unique<Block>();
-    block->candidates = CandidatesFor(key);
-  }
-  last_block_key_ = key;
-  last_block_ = block.get();
-  return *block;
-}
-
-float VogMap::Evaluate(Block& block, int index, const VoxelKey& voxel) const {
-  const Vec3 center_W = grid().CenterOf(voxel);
-  if (!block.has_closed_sum[index]) {
-    block.closed_sum[index] = SumAt(block.candidates, center_W);
-    block.has_closed_sum[index] = true;
-  }
-  block.answer[index] = WithOpen(block.closed_sum[index], center_W);
-  block.has_answer[index] = true;
-  return block.answer[index];
-}
-
-float VogMap::LogOddsOfVoxel(const VoxelKey& voxel) const {
-  Block& block = BlockOf(voxel);
-  if (block.revision != revision()) {
-    block.has_answer.reset();
-    block.revision = revision();
-  }
-  const int index = IndexInBlock(voxel);
-  return block.has_answer[index] ? block.answer[index] : Evaluate(block, index, voxel);
+  for (std::size_t i = 0; i < points_W.size(); ++i) log_odds[i] = DirectLogOddsAt(points_W[i]);
 }
 
 void VogMap::LogOddsOf(std::span<const VoxelKey> voxels, std::span<float> log_odds) const {
-  ReadVoxels(voxels, log_odds, [this](const VoxelKey& voxel) { return LogOddsOfVoxel(voxel); });
+  ReadVoxels(voxels, log_odds,
+             [this](const VoxelKey& voxel) { return AnswerOf(cache_->UnitsOf(voxel)); });
 }
 
 void VogMap::LogOddsIn(const VoxelBox& box, std::vector<float>& log_odds) const {
-  ReadBox(box, log_odds, [this](const VoxelKey& voxel) { return LogOddsOfVoxel(voxel); });
+  ReadBox(box, log_odds,
+          [this](const VoxelKey& voxel) { return AnswerOf(cache_->UnitsOf(voxel)); });
+}
+
+void VogMap::NotFreeIn(const VoxelBox& box, std::vector<VoxelAnswer>& voxels) const {
+  voxels.clear();
+  const VoxelBox blocks{BlockKeyOf(box.min), BlockKeyOf(box.max)};
+  ForEachVoxel(blocks, [&](const VoxelKey& key) {
+    const VoxelKey corner = VoxelOf(key, 0);
+    const auto first = [](std::int32_t min, std::int32_t origin) {
+      return std::max(0, min - origin);
+    };
+    const auto last = [](std::int32_t max, std::int32_t origin) {
+      return std::min(kBlockSide - 1, max - origin);
+    };
+    const std::uint64_t mask = SliceMask(first(box.min.x, corner.x), last(box.max.x, corner.x),
+                                         first(box.min.y, corner.y), last(box.max.y, corner.y));
+    Cache::Block& block = cache_->BlockOf(key);
+    for (int z = first(box.min.z, corner.z); z <= last(box.max.z, corner.z); ++z)
+      for (std::uint64_t left = cache_->NotFreeIn(block, z, mask); left != 0; left &= left - 1) {
+        const int index = z * kSlice + std::countr_zero(left);
+        voxels.push_back(
+            {VoxelOf(key, index), AnswerOf(block.answer[static_cast<std::size_t>(index)])});
+      }
+  });
+}
+
+template <class Visit>
+void VogMap::WalkAnswers(const Vec3& origin_W, const Vec3& direction_W, double range_m,
+                         Visit visit) const {
+  Cache& cache = *cache_;
+  VoxelKey block_key = BlockKeyOf(grid().KeyOf(origin_W));
+  Cache::Block* block = &cache.BlockOf(block_key);
+  WalkVoxels(grid(), origin_W, direction_W, range_m, [&](const VoxelKey& voxel, double entered_m) {
+    const VoxelKey key = BlockKeyOf(voxel);
+    if (key != block_key) {
+      block_key = key;
+      block = &cache.BlockOf(key);
+    }
+    return visit(voxel, entered_m, cache.UnitsOf(*block, IndexInBlock(voxel)));
+  });
 }
 
 void VogMap::CastRay(const Vec3& origin_W, const Vec3& direction_W, double range_m,
                      std::vector<RayVoxel>& ray) const {
-  WalkRay(origin_W, direction_W, range_m, ray,
-          [this](const VoxelKey& voxel) { return LogOddsOfVoxel(voxel); });
+  ray.clear();
+  WalkAnswers(origin_W, direction_W, range_m,
+              [&](const VoxelKey& voxel, double entered_m, LogOddsUnits units) {
+                ray.push_back({voxel, static_cast<float>(entered_m), AnswerOf(units)});
+                return units < model().occupied_from;
+              });
+}
+
+std::optional<RayVoxel> VogMap::FirstHit(const Vec3& origin_W, const Vec3& direction_W,
+                                         double range_m) const {
+  std::optional<RayVoxel> hit;
+  WalkAnswers(origin_W, direction_W, range_m,
+              [&](const VoxelKey& voxel, double entered_m, LogOddsUnits units) {
+                if (units < model().occupied_from) return true;
+                hit = RayVoxel{voxel, static_cast<float>(entered_m), AnswerOf(units)};
+                return false;
+              });
+  return hit;
+}
+
+int VogMap::CountUnknown(const Vec3& origin_W, std::span<const Vec3> directions_W,
+                         double range_m) const {
+  int unknown = 0;
+  for (const Vec3& direction_W : directions_W)
+    WalkAnswers(origin_W, direction_W, range_m, [&](const VoxelKey&, double, LogOddsUnits units) {
+      unknown += units == kUnknownUnits;
+      return units < model().occupied_from;
+    });
+  return unknown;
+}
+
+void VogMap::SigmaOf(std::span<const VoxelKey> voxels, std::span<float> sigma_m) const {
+  for (std::size_t i = 0; i < voxels.size(); ++i) {
+    const auto submaps = cache_->SubmapsNear(cache_->BlockOf(BlockKeyOf(voxels[i])));
+    sigma_m[i] = static_cast<float>(SigmaAt(submaps, grid().CenterOf(voxels[i])));
+  }
 }
 
 }  // namespace vog

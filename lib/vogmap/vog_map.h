@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <memory>
-#include <unordered_map>
 #include <vector>
 
 #include "lib/vogmap/submap_map.h"
@@ -15,14 +14,18 @@ namespace vog {
 ///   L(p_W) = clamp( sum_i L_i(X_WMi^-1 * p_W) )
 ///
 /// over the submaps that observed the point, clamped once; where none did it is unknown. Sums are
-/// of whole units, so that their order does not matter. Moving a submap therefore costs nothing
-/// until somebody asks.
+/// of whole units, so that their order does not matter.
 ///
 /// LogOddsAt() evaluates the points themselves (`direct`). The other queries evaluate the centres
-/// of global voxels and remember the sum over the closed submaps until one is added, moved or
-/// removed
-/// (`cached`): bit for bit what LogOddsAt() says there. The open submap's part is never remembered,
-/// so that it may grow at any time.
+/// of global voxels when they are first asked for and remember the answers (`cached`): bit for bit
+/// what LogOddsAt() says there, in double arithmetic, whatever was added, moved or removed before,
+/// and whatever instructions the machine has.
+///
+/// Cost. A remembered answer costs a look-up, however many submaps there are. A new one costs the
+/// submaps whose bricks reach its block of 8 x 8 x 8 voxels, eight at a time where the machine has
+/// AVX2. When few submaps change, a block takes their old part out of its sums and puts the new one
+/// in when it is next asked for; when many do, it begins anew. What nobody asks for is never
+/// computed. The open submap's part is not in the sums, so that it may grow at any time.
 class VogMap final : public SubmapMap {
  public:
   VogMap(double voxel_size_m, const SensorModel& model);
@@ -32,28 +35,29 @@ class VogMap final : public SubmapMap {
   void LogOddsAt(std::span<const Vec3> points_W, std::span<float> log_odds) const override;
   void LogOddsOf(std::span<const VoxelKey> voxels, std::span<float> log_odds) const override;
   void LogOddsIn(const VoxelBox& box, std::vector<float>& log_odds) const override;
+  void NotFreeIn(const VoxelBox& box, std::vector<VoxelAnswer>& voxels) const override;
   void CastRay(const Vec3& origin_W, const Vec3& direction_W, double range_m,
                std::vector<RayVoxel>& ray) const override;
+  std::optional<RayVoxel> FirstHit(const Vec3& origin_W, const Vec3& direction_W,
+                                   double range_m) const override;
+  int CountUnknown(const Vec3& origin_W, std::span<const Vec3> directions_W,
+                   double range_m) const override;
   void SigmaOf(std::span<const VoxelKey> voxels, std::span<float> sigma_m) const override;
 
-  /// Gives the memory of remembered sums back; the answers stay.
+  /// Gives the memory of remembered answers back; the answers stay.
   void ReleaseCache() const;
 
  private:
-  struct Block;
+  class Cache;
 
   void OnChange(SubmapId id, const PlacedSubmap* before, const PlacedSubmap* after) override;
-  void OnOpenChange() override {}
-  std::int32_t SumAt(std::span<const PlacedSubmap* const> candidates, const Vec3& p_W) const;
-  float WithOpen(std::int32_t closed_sum, const Vec3& p_W) const;
-  Block& BlockOf(const VoxelKey& voxel) const;
-  std::vector<const PlacedSubmap*> CandidatesFor(const VoxelKey& block) const;
-  float Evaluate(Block& block, int index, const VoxelKey& voxel) const;
-  float LogOddsOfVoxel(const VoxelKey& voxel) const;
+  void OnOpenChange() override;
+  /// Calls `visit(key, entered_m, units)` along a ray until it returns false.
+  template <class Visit>
+  void WalkAnswers(const Vec3& origin_W, const Vec3& direction_W, double range_m,
+                   Visit visit) const;
 
-  mutable std::unordered_map<VoxelKey, std::unique_ptr<Block>> blocks_;
-  mutable VoxelKey last_block_key_;
-  mutable Block* last_block_ = nullptr;
+  std::unique_ptr<Cache> cache_;
 };
 
 }  // namespace vog

@@ -185,6 +185,76 @@ TEST_F(VogMapTest, FollowsEveryChange) {
   ExpectLiteralAnswers(200);
 }
 
+// Few changes among many submaps: the sums are corrected, not made anew.
+TEST_F(VogMapTest, FollowsFewChangesAmongMany) {
+  for (int id = 0; id < 40; ++id) Place(id);
+  int known = ExpectLiteralAnswers(3000);
+  for (int change = 0; change < 40; ++change) {
+    const int kind = random_.Index(8);
+    if (kind == 0) Remove(random_.Index(44));
+    if (kind == 1) Place(random_.Index(44));
+    if (kind == 2) SetOpen();
+    if (kind == 3 && literal_.open) GrowOpen();
+    if (kind >= 4) Move({random_.Index(44), random_.Index(44), random_.Index(44)});
+    // Blocks are asked after one change, after several, and never.
+    if (random_.Index(3) > 0) known += ExpectLiteralAnswers(300);
+  }
+  EXPECT_GT(known, 5000);
+}
+
+TEST_F(VogMapTest, WhatIsNotFreeInABox) {
+  for (int id = 0; id < 6; ++id) Place(id);
+  SetOpen();
+  std::vector<VoxelAnswer> not_free;
+  for (int i = 0; i < 200; ++i) {
+    const VoxelKey a = RandomVoxel(random_);
+    const VoxelBox box{a,
+                       {a.x + random_.Index(20), a.y + random_.Index(9), a.z + random_.Index(9)}};
+    dut_.NotFreeIn(box, not_free);
+    std::map<VoxelKey, float> expected;
+    ForEachVoxel(box, [&](const VoxelKey& voxel) {
+      const float log_odds = literal_.LogOddsAt(dut_.grid().CenterOf(voxel));
+      if (!(log_odds < 0)) expected[voxel] = log_odds;
+    });
+    ASSERT_EQ(not_free.size(), expected.size());
+    for (const VoxelAnswer& voxel : not_free) {
+      ASSERT_EQ(expected.count(voxel.key), 1u);
+      EXPECT_PRED2(Same, voxel.log_odds, expected[voxel.key]);
+    }
+    if (i == 100) GrowOpen();
+  }
+}
+
+TEST_F(VogMapTest, RaysAreCountedAndHitAsTheyAreCast) {
+  for (int id = 0; id < 6; ++id) Place(id);
+  int hits = 0, unknown = 0;
+  for (int view = 0; view < 40; ++view) {
+    const Vec3 origin_W = RandomPoint(kHalfSide_m, random_);
+    std::vector<Vec3> directions_W;
+    std::vector<RayVoxel> ray;
+    int expected = 0;
+    for (int i = 0; i < 9; ++i) {
+      directions_W.push_back(RandomPoint(1, random_).normalized());
+      dut_.CastRay(origin_W, directions_W.back(), 2, ray);
+      for (const RayVoxel& voxel : ray) {
+        EXPECT_PRED2(Same, voxel.log_odds, literal_.LogOddsAt(dut_.grid().CenterOf(voxel.key)));
+        expected += !IsKnown(voxel.log_odds);
+      }
+      const auto hit = dut_.FirstHit(origin_W, directions_W.back(), 2);
+      ASSERT_EQ(hit.has_value(), dut_.IsOccupied(ray.back().log_odds));
+      if (hit) {
+        EXPECT_EQ(hit->key, ray.back().key);
+        EXPECT_EQ(hit->entered_m, ray.back().entered_m);
+        ++hits;
+      }
+    }
+    EXPECT_EQ(dut_.CountUnknown(origin_W, directions_W, 2), expected);
+    unknown += expected;
+  }
+  EXPECT_GT(hits, 10);
+  EXPECT_GT(unknown, 10);
+}
+
 TEST_F(VogMapTest, BoxesReadTheSameAsTheirVoxels) {
   for (int id = 0; id < 6; ++id) Place(id);
   SetOpen();

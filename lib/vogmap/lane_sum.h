@@ -1,0 +1,77 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "lib/vogmap/submap_map.h"
+
+namespace vog {
+
+/// The sum of eq. 5 at one voxel's centre before it is clamped, and the number of submaps in it.
+struct VoxelSum {
+  std::int32_t units = 0;
+  std::int32_t observers = 0;
+};
+
+inline constexpr int kLanes = 8;
+inline constexpr int kBlockBits = 3;
+inline constexpr std::int32_t kBlockSide = 1 << kBlockBits;  ///< Voxels of W along a block.
+
+/// Eight submaps side by side: enough of them to tell which may know a voxel of a block.
+class SubmapLanes {
+ public:
+  SubmapLanes();
+
+  /// Fills a lane, or empties it with nullptr. `voxel_size_m` is that of W's grid.
+  void Set(int lane, const PlacedSubmap* submap, double voxel_size_m);
+
+  /// A bit for each lane whose submap may know a voxel of a block with the middle `middle_W`
+  /// [voxels of W]: those that it leaves out do not.
+  unsigned MayKnow(const std::array<float, 3>& middle_W) const;
+
+  const PlacedSubmap* placed(int lane) const { return placed_[static_cast<std::size_t>(lane)]; }
+
+ private:
+  /// X_MW row by row [voxels of M], and where the middle of a block must lie in M, a little
+  /// widened.
+  alignas(32) std::array<std::array<float, kLanes>, 9> R_MW_{};
+  alignas(32) std::array<std::array<float, kLanes>, 3> p_MW_{}, min_M_{}, max_M_{};
+  std::array<const PlacedSubmap*, kLanes> placed_{};  // nullptr where a lane is empty.
+};
+
+/// Eight submaps that may know a voxel of a block, with all that it takes to sum them. The centre
+/// of the block's first voxel is in voxel `voxel_M` of the submap, counted from the corner of its
+/// table, at the place `within` (0..1) along each axis. An empty lane is far outside its table.
+struct CandidateLanes {
+  CandidateLanes();
+  void Set(int lane, const PlacedSubmap& submap, const VoxelGrid& grid, const Vec3& first_M);
+
+  /// Row by row, in voxels of M a voxel of W.
+  alignas(32) std::array<std::array<float, kLanes>, 9> R_MW{};
+  alignas(32) std::array<std::array<float, kLanes>, 3> within;
+  alignas(32) std::array<std::array<std::int32_t, kLanes>, 3> voxel_M;
+  /// Bricks of the submap's table along each axis, less one.
+  alignas(32) std::array<std::array<std::int32_t, kLanes>, 3> last_brick{};
+  alignas(32) std::array<const std::uint16_t*, kLanes> table{};
+  alignas(32) std::array<const LogOddsUnits*, kLanes> values{};
+  std::array<const PlacedSubmap*, kLanes> placed{};
+};
+
+/// All submaps that may know a voxel of `block`: those with a brick near it.
+std::vector<CandidateLanes> CandidatesOf(const std::vector<SubmapLanes>& submaps,
+                                         const VoxelGrid& grid, const VoxelKey& block);
+
+/// Sums the submaps' log-odds at the centre of voxel `offset` (0..7 along each axis) of `block`.
+///
+/// The answer is that of the plain double arithmetic of VoxelGrid::KeyOf(X_MW * center_W), bit for
+/// bit: places are computed in float, and those that come too near to a voxel's border for float to
+/// tell are computed again in double. So forms with and without wide instructions agree.
+VoxelSum SumCandidates(const std::vector<CandidateLanes>& candidates, const VoxelGrid& grid,
+                       const VoxelKey& block, const VoxelKey& offset);
+
+/// Whether SumCandidates() may use wide instructions (AVX2, FMA) where the machine has them: the
+/// default. Tests and benchmarks turn them off.
+void AllowWideInstructions(bool allow);
+
+}  // namespace vog

@@ -1,12 +1,11 @@
 #pragma once
 
-#include <octomap/OcTree.h>
-
 #include <cstdint>
 #include <vector>
 
 #include "lib/scan/scan.h"
 #include "lib/submap/brick_grid.h"
+#include "lib/submap/ray_walker.h"
 #include "lib/submap/sensor_model.h"
 
 namespace vog {
@@ -17,7 +16,8 @@ namespace vog {
 /// window's start.
 class ScanInserter {
  public:
-  ScanInserter(const SensorModel& model, double voxel_size_m);
+  ScanInserter(const SensorModel& model, double voxel_size_m,
+               RayWalker::Form form = RayWalker::FastestForm());
 
   /// Adds `scan`, taken with the body at `X_MB`, to `grid`. @pre always the same grid: the inserter
   /// remembers which of its voxels a scan has touched.
@@ -30,19 +30,17 @@ class ScanInserter {
   void InsertHits(const std::vector<Vec3>& points_M, BrickGrid& grid);
 
  private:
-  struct Segment {
-    octomap::point3d from, to;
-    bool hit;
-  };
-
-  void Insert(const std::vector<Segment>& segments, BrickGrid& grid);
+  /// Starts a scan, whose rays and hits come next.
+  void Begin();
+  void Insert(BrickGrid& grid);
   void Update(const VoxelKey& key, LogOddsUnits change, BrickGrid& grid);
 
   SensorModel model_;
-  octomap::OcTree ray_keys_;  // Never filled: it only walks rays.
-  octomap::KeyRay keys_;
+  RayWalker walker_;
+  std::vector<Ray> rays_;              // Of the scan; kept for their memory.
+  std::vector<Eigen::Vector3f> hits_;  // Likewise.
   // The scan that last touched each voxel, parallel to the grid's bricks.
-  std::vector<std::vector<std::uint32_t>> touched_;
+  std::vector<std::uint32_t> touched_;
   std::uint32_t scan_ = 0;
 };
 

@@ -10,6 +10,7 @@ namespace {
 
 constexpr std::int64_t kRecent = 1 << 14;
 constexpr std::int64_t kNoKey = -1;
+constexpr std::int32_t kMinKey = -(1 << 15), kMaxKey = (1 << 15) - 1;
 
 }  // namespace
 
@@ -30,9 +31,10 @@ RayWalker::RayWalker(double voxel_size_m, Form form)
 std::optional<VoxelKey> RayWalker::KeyOf(const Eigen::Vector3f& point) const {
   std::int32_t key[3];
   for (int axis = 0; axis < 3; ++axis) {
-    const double index = std::floor(voxels_per_m_ * point[axis]);
-    if (!(index >= -32768 && index < 32768)) return std::nullopt;  // Not a number neither.
-    key[axis] = static_cast<std::int32_t>(index);
+    const double index = voxels_per_m_ * point[axis];
+    if (!(index >= kMinKey && index < kMaxKey + 1)) return std::nullopt;  // Or not a number.
+    const auto truncated = static_cast<std::int32_t>(index);
+    key[axis] = truncated - (index < truncated);  // The floor, without a call.
   }
   return VoxelKey{key[0], key[1], key[2]};
 }
@@ -46,6 +48,8 @@ void RayWalker::Collect(const std::vector<Ray>& rays) {
     WalkLanes();
     lane = 0;
   }
+  // Lanes without a ray stay at a voxel that another begins with.
+  for (int idle = lane; idle < kLanes; ++idle) lanes_.key[idle] = lanes_.key[0];
   if (lane > 0) WalkLanes();
   for (std::size_t i = 0; i < passed_count_; ++i) recent_[passed_[i] & (kRecent - 1)] = kNoKey;
 }
@@ -78,7 +82,6 @@ bool RayWalker::Start(const Ray& ray, int lane) {
 }
 
 void RayWalker::WalkLanes() {
-  // Lanes without a ray stay at the last voxel of an earlier one, or at none.
   const auto walks = [&] {
     return std::any_of(lanes_.walks, lanes_.walks + kLanes, [](auto walks) { return walks != 0; });
   };
@@ -170,6 +173,7 @@ void RayWalker::Keep(const Trace& trace) {
   // Without a branch: whether a voxel is new cannot be foreseen.
   PackedKey* end = passed_.data() + passed_count_;
   for (const Integers& keys : trace.keys)
+#pragma GCC unroll 8
     for (const PackedKey key : keys) {
       PackedKey& recent = recent_[key & (kRecent - 1)];
       *end = key;

@@ -1,5 +1,7 @@
 #include "lib/submap/scan_inserter.h"
 
+#include <algorithm>
+#include <limits>
 #include <optional>
 
 #include "lib/scan/sonar.h"
@@ -44,7 +46,12 @@ void ScanInserter::InsertHits(const std::vector<Vec3>& points_M, BrickGrid& grid
 void ScanInserter::Begin() {
   rays_.clear();
   hits_.clear();
-  ++scan_;
+  if (++scan_ == 0) {
+    std::fill(touched_.begin(), touched_.end(), 0);
+    scan_ = 1;
+  }
+  constexpr std::int32_t kNowhere = std::numeric_limits<std::int32_t>::max();
+  last_ = {kNowhere, kNowhere, kNowhere};
 }
 
 void ScanInserter::Insert(BrickGrid& grid) {
@@ -54,15 +61,22 @@ void ScanInserter::Insert(BrickGrid& grid) {
 }
 
 void ScanInserter::Update(const VoxelKey& key, LogOddsUnits change, BrickGrid& grid) {
-  const std::uint16_t brick = grid.BrickOf(key);
+  const std::int32_t apart = (key.x ^ last_.x) | (key.y ^ last_.y) | (key.z ^ last_.z);
+  if (apart & -BrickGrid::kBrickSide) EnterBrick(key, grid);
   const int index = BrickGrid::IndexInBrick(key);
+  if (touched_in_brick_[index] == scan_) return;
+  touched_in_brick_[index] = scan_;
+  LogOddsUnits& units = units_[index];
+  units = static_cast<LogOddsUnits>(model_.Clamp((units == kUnknownUnits ? 0 : units) + change));
+}
+
+void ScanInserter::EnterBrick(const VoxelKey& key, BrickGrid& grid) {
+  const std::uint16_t brick = grid.BrickOf(key);
   if (grid.bricks() * BrickGrid::kBrickVoxels > touched_.size())
     touched_.resize(2 * grid.bricks() * BrickGrid::kBrickVoxels);
-  std::uint32_t& touched = touched_[brick * BrickGrid::kBrickVoxels + index];
-  if (touched == scan_) return;
-  touched = scan_;
-  LogOddsUnits& units = grid.ValueAt(brick, index);
-  units = static_cast<LogOddsUnits>(model_.Clamp((units == kUnknownUnits ? 0 : units) + change));
+  units_ = &grid.ValueAt(brick, 0);
+  touched_in_brick_ = touched_.data() + brick * BrickGrid::kBrickVoxels;
+  last_ = key;
 }
 
 }  // namespace vog

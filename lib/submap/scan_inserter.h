@@ -34,14 +34,21 @@ class ScanInserter {
   void Begin();
   void Insert(BrickGrid& grid);
   void Update(const VoxelKey& key, LogOddsUnits change, BrickGrid& grid);
+  void EnterBrick(const VoxelKey& key, BrickGrid& grid);
 
   SensorModel model_;
   RayWalker walker_;
   std::vector<Ray> rays_;              // Of the scan; kept for their memory.
   std::vector<Eigen::Vector3f> hits_;  // Likewise.
-  // The scan that last touched each voxel, parallel to the grid's bricks.
-  std::vector<std::uint32_t> touched_;
-  std::uint32_t scan_ = 0;
+  // Which scan touched each voxel last, parallel to the grid's bricks. The numbers of scans go
+  // round.
+  std::vector<std::uint8_t> touched_;
+  std::uint8_t scan_ = 0;
+
+  // The brick of the last voxel, since the next is mostly in it too.
+  VoxelKey last_;
+  LogOddsUnits* units_ = nullptr;
+  std::uint8_t* touched_in_brick_ = nullptr;
 };
 
 }  // namespace vog

@@ -10,7 +10,15 @@ namespace {
 
 constexpr std::int64_t kRecent = 1 << 14;
 constexpr std::int64_t kNoKey = -1;
-constexpr std::int32_t kMinKey = -(1 << 15), kMaxKey = (1 << 15) - 1;
+
+/// Whether a coordinate in voxels is within OctoMap's 2^16 keys; not a number never is.
+bool HasKey(double coordinate) { return coordinate >= -32768 && coordinate < 32768; }
+
+/// Without the call that std::floor is on processors of old.
+std::int32_t Floor(double coordinate) {
+  const auto truncated = static_cast<std::int32_t>(coordinate);
+  return truncated - (coordinate < truncated);
+}
 
 }  // namespace
 
@@ -29,14 +37,10 @@ RayWalker::RayWalker(double voxel_size_m, Form form)
       recent_(kRecent, kNoKey) {}
 
 std::optional<VoxelKey> RayWalker::KeyOf(const Eigen::Vector3f& point) const {
-  std::int32_t key[3];
-  for (int axis = 0; axis < 3; ++axis) {
-    const double index = voxels_per_m_ * point[axis];
-    if (!(index >= kMinKey && index < kMaxKey + 1)) return std::nullopt;  // Or not a number.
-    const auto truncated = static_cast<std::int32_t>(index);
-    key[axis] = truncated - (index < truncated);  // The floor, without a call.
-  }
-  return VoxelKey{key[0], key[1], key[2]};
+  const double x = voxels_per_m_ * point.x(), y = voxels_per_m_ * point.y(),
+               z = voxels_per_m_ * point.z();
+  if (!HasKey(x) || !HasKey(y) || !HasKey(z)) return std::nullopt;
+  return VoxelKey{Floor(x), Floor(y), Floor(z)};
 }
 
 void RayWalker::Collect(const std::vector<Ray>& rays) {
@@ -170,15 +174,13 @@ void RayWalker::WalkRoundAvx2(Lanes& lanes, Trace& trace) {
 void RayWalker::Keep(const Trace& trace) {
   constexpr std::size_t kTraced = kRound * kLanes;
   if (passed_.size() < passed_count_ + kTraced) passed_.resize(2 * passed_.size() + kTraced);
-  // Without a branch: whether a voxel is new cannot be foreseen.
   PackedKey* end = passed_.data() + passed_count_;
   for (const Integers& keys : trace.keys)
 #pragma GCC unroll 8
     for (const PackedKey key : keys) {
       PackedKey& recent = recent_[key & (kRecent - 1)];
-      *end = key;
-      end += recent != key;
-      recent = key;
+      if (recent == key) continue;
+      recent = *end++ = key;
     }
   passed_count_ = end - passed_.data();
 }

@@ -65,9 +65,10 @@ void ScanInserter::Update(const VoxelKey& key, LogOddsUnits change, BrickGrid& g
   if (apart & -BrickGrid::kBrickSide) EnterBrick(key, grid);
   const int index = BrickGrid::IndexInBrick(key);
   if (touched_in_brick_[index] == scan_) return;
+  const int before = units_[index] == kUnknownUnits ? 0 : units_[index];
+  const int after = model_.Clamp(before + change);
+  units_[index] = static_cast<LogOddsUnits>(after);
   touched_in_brick_[index] = scan_;
-  LogOddsUnits& units = units_[index];
-  units = static_cast<LogOddsUnits>(model_.Clamp((units == kUnknownUnits ? 0 : units) + change));
 }
 
 void ScanInserter::EnterBrick(const VoxelKey& key, BrickGrid& grid) {

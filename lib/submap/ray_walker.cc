@@ -98,10 +98,20 @@ void RayWalker::WalkLanes() {
   }
 }
 
+// Makes the compiler forget that masks are comparisons. It would turn what is done with them into
+// selections, and pick those apart for processors without an instruction for them.
+#if defined(__x86_64__)
+#define VOG_FORGET_MASKS(x, y, z) asm("" : "+x"(x), "+x"(y), "+x"(z))
+#else
+#define VOG_FORGET_MASKS(x, y, z)
+#endif
+
 template <int kWidth>
 [[gnu::always_inline]] inline void RayWalker::WalkRoundBy(Lanes& lanes, Trace& trace) {
   typedef double Reals __attribute__((vector_size(kWidth * sizeof(double))));
   typedef std::int64_t Keys __attribute__((vector_size(kWidth * sizeof(std::int64_t))));
+  typedef std::uint64_t Unsigned __attribute__((vector_size(kWidth * sizeof(std::uint64_t))));
+  typedef std::int32_t Halves __attribute__((vector_size(kWidth * sizeof(std::int64_t))));
   constexpr int kVectors = kLanes / kWidth;
   struct Part {
     Reals x_m, y_m, z_m, x_delta_m, y_delta_m, z_delta_m, length_m;
@@ -136,17 +146,24 @@ template <int kWidth>
     for (int i = 0; i < kVectors; ++i) {
       Part& part = parts[i];
       store(trace.keys[round] + i * kWidth, part.key);
-      const Keys x_before_y = part.x_m < part.y_m;
-      const Keys along_x = x_before_y & (part.x_m < part.z_m);
-      const Keys along_y = ~x_before_y & (part.y_m < part.z_m);
+      Keys x_before_y = part.x_m < part.y_m, x_before_z = part.x_m < part.z_m,
+           y_before_z = part.y_m < part.z_m;
+      VOG_FORGET_MASKS(x_before_y, x_before_z, y_before_z);
+      const Keys along_x = x_before_y & x_before_z;
+      const Keys along_y = ~x_before_y & y_before_z;
       const Keys along_z = ~(along_x | along_y);
       part.x_m += (Reals)(along_x & (Keys)part.x_delta_m);
       part.y_m += (Reals)(along_y & (Keys)part.y_delta_m);
       part.z_m += (Reals)(along_z & (Keys)part.z_delta_m);
       const Keys step = (along_x & part.x_step) | (along_y & part.y_step) | (along_z & part.z_step);
-      const Keys is_within =
-          (part.x_m <= part.length_m) | (part.y_m <= part.length_m) | (part.z_m <= part.length_m);
-      part.walks &= is_within & (part.key + step != part.end);
+      Keys x_within = part.x_m <= part.length_m, y_within = part.y_m <= part.length_m,
+           z_within = part.z_m <= part.length_m;
+      // In halves of keys, since SSE2 compares no more at a time.
+      const Keys next = part.key + step;
+      const Keys halves = (Keys)((Halves)next == (Halves)part.end);
+      VOG_FORGET_MASKS(x_within, y_within, z_within);
+      const Keys at_end = halves & (halves << 32 | (Keys)((Unsigned)halves >> 32));
+      part.walks &= (x_within | y_within | z_within) & ~at_end;
       part.key += step & part.walks;
     }
   }

@@ -80,7 +80,6 @@ class RayWalker {
   void Collect(const std::vector<Ray>& rays);
   bool Start(const Ray& ray, int lane);
   void WalkLanes();
-  void WalkRound();
   void Keep(const Trace& trace);
 
   template <int kWidth>

@@ -19,8 +19,8 @@ class ScanInserter {
   ScanInserter(const SensorModel& model, double voxel_size_m,
                RayWalker::Form form = RayWalker::FastestForm());
 
-  /// Adds `scan`, taken with the body at `X_MB`, to `grid`. @pre always the same grid: the inserter
-  /// remembers which of its voxels a scan has touched.
+  /// Adds `scan`, taken with the body at `X_MB`, to `grid`. @pre always the same grid, never
+  /// made compact between: the inserter remembers which of its voxels a scan has touched.
   void Insert(const Scan& scan, const Pose3& X_MB, BrickGrid& grid);
 
   /// The same for a cloud of end points seen from `origin_M`, in M.

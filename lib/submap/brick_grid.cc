@@ -41,6 +41,7 @@ void BrickGrid::GrowTo(const VoxelKey& brick) {
   origin_ = origin;
   size_ = size;
   table_ = std::move(table);
+  is_compact_ = false;
 }
 
 std::uint16_t BrickGrid::BrickOf(const VoxelKey& key) {
@@ -110,8 +111,42 @@ bool BrickGrid::HasBrickIn(const VoxelKey& min, const VoxelKey& max) const {
   return false;
 }
 
+void BrickGrid::Compact() {
+  const VoxelBounds box = BrickBox();
+  if (box.is_empty) {
+    *this = BrickGrid(grid_.voxel_size_m());
+    return;
+  }
+  const VoxelKey first = {box.min.x >> kBrickBits, box.min.y >> kBrickBits,
+                          box.min.z >> kBrickBits};
+  const auto side = [](std::int32_t min, std::int32_t max) {
+    return static_cast<std::uint32_t>((max + 1 - min) >> kBrickBits);
+  };
+  BrickGrid compact(grid_.voxel_size_m());
+  compact.origin_ = first;
+  compact.size_ = {side(box.min.x, box.max.x), side(box.min.y, box.max.y),
+                   side(box.min.z, box.max.z)};
+  compact.table_.reserve(std::size_t{compact.size_[0]} * compact.size_[1] * compact.size_[2]);
+  compact.bricks_.reserve(bricks_.size());
+  const std::uint32_t dx = first.x - origin_.x, dy = first.y - origin_.y, dz = first.z - origin_.z;
+  for (std::uint32_t z = 0; z < compact.size_[2]; ++z)
+    for (std::uint32_t y = 0; y < compact.size_[1]; ++y)
+      for (std::uint32_t x = 0; x < compact.size_[0]; ++x) {
+        const std::uint16_t number = table_[((z + dz) * size_[1] + y + dy) * size_[0] + x + dx];
+        compact.table_.push_back(
+            number == kNoBrick ? kNoBrick : static_cast<std::uint16_t>(compact.bricks_.size()));
+        if (number != kNoBrick) compact.bricks_.push_back(bricks_[number]);
+      }
+  compact.is_compact_ = true;
+  *this = std::move(compact);
+}
+
 BrickGrid::VoxelBounds BrickGrid::BrickBox() const {
   VoxelBounds bounds;
+  if (is_compact_) {
+    const VoxelKey end = CornerOf(size_[0], size_[1], size_[2]);
+    return {CornerOf(0, 0, 0), {end.x - 1, end.y - 1, end.z - 1}, false};
+  }
   for (std::uint32_t z = 0; z < size_[2]; ++z)
     for (std::uint32_t y = 0; y < size_[1]; ++y)
       for (std::uint32_t x = 0; x < size_[0]; ++x) {

@@ -72,8 +72,13 @@ class BrickGrid {
   /// The box of all known voxels in the grid's own frame, empty without any. Costs a pass over all.
   Eigen::AlignedBox3d Bounds() const;
 
-  /// A box that holds all bricks, in the grid's own frame; cheap and a little larger than Bounds().
+  /// A box that holds all bricks, in the grid's own frame; a little larger than Bounds(). Costs a
+  /// pass over the table, or nothing after Compact().
   Eigen::AlignedBox3d BrickBounds() const;
+
+  /// Makes the grid as small as its content: a table of the bricks' box alone, bricks in its order.
+  /// Answers stay as they are; numbers of bricks do not.
+  void Compact();
 
   std::size_t bricks() const { return bricks_.size(); }
 
@@ -114,6 +119,7 @@ class BrickGrid {
   std::array<std::uint32_t, 3> size_ = {0, 0, 0};  // Of the table, in bricks.
   std::vector<std::uint16_t> table_;
   std::vector<Brick> bricks_;
+  bool is_compact_ = false;  // The table is the bricks' box.
 };
 
 }  // namespace vog

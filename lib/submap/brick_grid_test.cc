@@ -82,6 +82,55 @@ TEST(BrickGridTest, BoundsAreThoseOfTheKnownVoxels) {
   }
 }
 
+TEST(BrickGridTest, AnswersTheSameWhenItIsCompact) {
+  Random random(5, "brick_grid");
+  for (int i = 0; i < 20; ++i) {
+    const BrickGrid before = GridOf(0.1, RandomTable(1 + random.Index(2000), 40, random));
+    BrickGrid dut = before;
+    dut.Compact();
+    EXPECT_EQ(TableOf(dut), TableOf(before));
+    EXPECT_EQ(dut.bricks(), before.bricks());
+    EXPECT_EQ(dut.grid().voxel_size_m(), 0.1);
+    EXPECT_TRUE(dut.Bounds().isApprox(before.Bounds(), 0));
+    EXPECT_TRUE(dut.BrickBounds().isApprox(before.BrickBounds(), 0));
+    for (int k = 0; k < 1000; ++k) {
+      const VoxelKey asked = RandomKey(100, random);
+      ASSERT_EQ(dut.Get(asked), before.Get(asked));
+      ASSERT_EQ(dut.HasBrickAt(asked), before.HasBrickAt(asked));
+    }
+    const BrickGrid::VoxelBounds box = dut.BrickBox();
+    const std::size_t table_entries = std::size_t(box.max.x + 1 - box.min.x) *
+                                      (box.max.y + 1 - box.min.y) * (box.max.z + 1 - box.min.z) /
+                                      BrickGrid::kBrickVoxels;
+    EXPECT_EQ(dut.memory_bytes(), 512 * dut.bricks() + 2 * table_entries);
+    EXPECT_LE(dut.memory_bytes(), before.memory_bytes());
+  }
+}
+
+TEST(BrickGridTest, GrowsOnAfterItWasCompact) {
+  Random random(6, "brick_grid");
+  BrickGrid dut(0.1);
+  VoxelTable model;
+  for (int i = 0; i < 300; ++i) {
+    const VoxelKey key = RandomKey(2 + i, random);
+    dut.At(key) = 7;
+    model[key] = 7;
+    if (i % 10 == 0) dut.Compact();
+    const BrickGrid rebuilt = GridOf(0.1, model);
+    ASSERT_TRUE(dut.BrickBounds().isApprox(rebuilt.BrickBounds(), 0));
+  }
+  EXPECT_EQ(TableOf(dut), model);
+}
+
+TEST(BrickGridTest, CompactsToNothingWithoutBricks) {
+  BrickGrid dut(0.1);
+  dut.Compact();
+  EXPECT_EQ(dut.memory_bytes(), 0u);
+  EXPECT_TRUE(dut.BrickBox().is_empty);
+  dut.At({1, 2, 3}) = 4;
+  EXPECT_EQ(TableOf(dut), (VoxelTable{{{1, 2, 3}, 4}}));
+}
+
 TEST(BrickGridTest, IsEmptyAtFirst) {
   const BrickGrid dut(0.1);
   EXPECT_EQ(dut.Get({0, 0, 0}), kUnknownUnits);

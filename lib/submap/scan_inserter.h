@@ -1,12 +1,11 @@
 #pragma once
 
-#include <octomap/OcTree.h>
-
 #include <cstdint>
 #include <vector>
 
 #include "lib/scan/scan.h"
 #include "lib/submap/brick_grid.h"
+#include "lib/submap/ray_walker.h"
 #include "lib/submap/sensor_model.h"
 
 namespace vog {
@@ -17,10 +16,11 @@ namespace vog {
 /// window's start.
 class ScanInserter {
  public:
-  ScanInserter(const SensorModel& model, double voxel_size_m);
+  ScanInserter(const SensorModel& model, double voxel_size_m,
+               RayWalker::Form form = RayWalker::FastestForm());
 
-  /// Adds `scan`, taken with the body at `X_MB`, to `grid`. @pre always the same grid: the inserter
-  /// remembers which of its voxels a scan has touched.
+  /// Adds `scan`, taken with the body at `X_MB`, to `grid`. @pre always the same grid, never
+  /// made compact between: the inserter remembers which of its voxels a scan has touched.
   void Insert(const Scan& scan, const Pose3& X_MB, BrickGrid& grid);
 
   /// The same for a cloud of end points seen from `origin_M`, in M.
@@ -30,20 +30,25 @@ class ScanInserter {
   void InsertHits(const std::vector<Vec3>& points_M, BrickGrid& grid);
 
  private:
-  struct Segment {
-    octomap::point3d from, to;
-    bool hit;
-  };
-
-  void Insert(const std::vector<Segment>& segments, BrickGrid& grid);
+  /// Starts a scan, whose rays and hits come next.
+  void Begin();
+  void Insert(BrickGrid& grid);
   void Update(const VoxelKey& key, LogOddsUnits change, BrickGrid& grid);
+  void EnterBrick(const VoxelKey& key, BrickGrid& grid);
 
   SensorModel model_;
-  octomap::OcTree ray_keys_;  // Never filled: it only walks rays.
-  octomap::KeyRay keys_;
-  // The scan that last touched each voxel, parallel to the grid's bricks.
-  std::vector<std::vector<std::uint32_t>> touched_;
-  std::uint32_t scan_ = 0;
+  RayWalker walker_;
+  std::vector<Ray> rays_;              // Of the scan; kept for their memory.
+  std::vector<Eigen::Vector3f> hits_;  // Likewise.
+  // Which scan touched each voxel last, parallel to the grid's bricks. The numbers of scans go
+  // round.
+  std::vector<std::uint8_t> touched_;
+  std::uint8_t scan_ = 0;
+
+  // The brick of the last voxel, since the next is mostly in it too.
+  VoxelKey last_;
+  LogOddsUnits* units_ = nullptr;
+  std::uint8_t* touched_in_brick_ = nullptr;
 };
 
 }  // namespace vog

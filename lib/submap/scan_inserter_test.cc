@@ -1,6 +1,9 @@
 #include "lib/submap/scan_inserter.h"
 
 #include <gtest/gtest.h>
+#include <octomap/OcTree.h>
+
+#include <stdexcept>
 
 #include "lib/scan/sonar.h"
 #include "lib/submap/scans_testing.h"
@@ -92,6 +95,45 @@ TEST_F(ScanInserterTest, ScansOfEchoesAloneDoWhatOctomapDoesWithTheirEndPoints) 
     tree.insertPointCloud(cloud, ToOctomap(X_MS.translation()));
   }
   ExpectSameVoxels(tree, grid_);
+}
+
+TEST_F(ScanInserterTest, FormsDoTheSameOverManyScans) {
+  if (!RayWalker::Supports(RayWalker::Form::kAvx2)) GTEST_SKIP() << "not on this processor";
+  ScanInserter baseline(model_, kVoxel_m, RayWalker::Form::kBaseline);
+  ScanInserter avx2(model_, kVoxel_m, RayWalker::Form::kAvx2);
+  BrickGrid other(kVoxel_m);
+  for (int step = 0; step < 600; ++step) {  // The inserter's numbers of scans go round.
+    const Scan scan = RandomScan(FromUtime(step), random_);
+    const Pose3 X_MB = RandomPose(1, random_);
+    baseline.Insert(scan, X_MB, grid_);
+    avx2.Insert(scan, X_MB, other);
+  }
+  EXPECT_EQ(TableOf(grid_), TableOf(other));
+}
+
+TEST_F(ScanInserterTest, DoesWhatOctomapDoesOverMoreScansThanItHasNumbersFor) {
+  RoundedOcTree tree(model_);
+  for (int scan = 0; scan < 600; ++scan) {
+    const Vec3 origin_M = RandomPoint(0.3, random_), point_M = RandomPoint(0.6, random_);
+    dut_.Insert({point_M, -point_M}, origin_M, grid_);
+    octomap::Pointcloud cloud;
+    cloud.push_back(ToOctomap(point_M));
+    cloud.push_back(ToOctomap(-point_M));
+    tree.insertPointCloud(cloud, ToOctomap(origin_M), -1, /*lazy_eval=*/true);
+  }
+  tree.updateInnerOccupancy();
+  ExpectSameVoxels(tree, grid_);
+}
+
+TEST_F(ScanInserterTest, GoesOnAfterAScanThatWasTooLarge) {
+  dut_.Insert(OneBeam(BeamStatus::kReturn, 2), X_MB_, grid_);
+  // In OctoMap's range, but no table holds it.
+  EXPECT_THROW(dut_.Insert({{3000, 3000, 3000}}, {-3000, -3000, -3000}, grid_), std::length_error);
+  EXPECT_EQ(UnitsAt(2), model_.hit);
+  EXPECT_EQ(UnitsAt(1), model_.miss);
+  dut_.Insert(OneBeam(BeamStatus::kReturn, 2), X_MB_, grid_);
+  EXPECT_EQ(UnitsAt(2), 2 * model_.hit);
+  EXPECT_EQ(UnitsAt(1), 2 * model_.miss);
 }
 
 TEST_F(ScanInserterTest, AnEchoHitsItsVoxelAndClearsTheWayFromTheWindowsStart) {

@@ -83,6 +83,7 @@ SubmapPtr SubmapBuilder::Close() {
   if (!open_) return nullptr;
   previous_ = Tail{open_->id(), open_->base.odometry, newest_};
   inserter_.reset();
+  open_->grid.Compact();
   return std::exchange(open_, nullptr);
 }
 

@@ -64,7 +64,10 @@ TEST_F(SubmapBuilderTest, ClosesASubmapWithItsLastScan) {
     EXPECT_TRUE(submap.base.odometry.X_OB.isApprox(scans.front().odometry.X_OB, 0));
     EXPECT_TRUE(submap.drift.isApprox(
         MotionCovariance(scans.front().odometry, scans.back().odometry), 1e-12));
-    EXPECT_EQ(TableOf(submap.grid), TableOf(GridOfScans(scans)));
+    BrickGrid grid = GridOfScans(scans);
+    EXPECT_EQ(TableOf(submap.grid), TableOf(grid));
+    grid.Compact();
+    EXPECT_EQ(submap.grid.memory_bytes(), grid.memory_bytes());
   }
 }
 

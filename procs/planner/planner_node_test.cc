@@ -206,21 +206,6 @@ TEST_F(PlannerNodeTest, PlansDoNotDependOnWhatTheMapRemembers) {
   ExpectEqualPlansOfTwin(direct);
 }
 
-TEST_F(PlannerNodeTest, PlansOnEveryKindOfMap) {
-  for (const auto& [method, name] : MapMethodNames()) {
-    settings_.map.method = method;
-    Start();
-    bench_.Forget();
-    vehicle_.Drive(kScansPerSubmap);
-    bench_.RunFor(std::chrono::seconds(2));
-    vehicle_.Drive(1);
-    ASSERT_FALSE(bench_.Said(outputs::kPlan).empty()) << name;
-    EXPECT_EQ(bench_.Last(outputs::kPlan).header.epoch, epoch_) << name;
-    ExpectSound(bench_.Last(outputs::kPlan));
-    EXPECT_GT(bench_.Last(outputs::kMissionStatus).explored_m3, 1) << name;
-  }
-}
-
 TEST_F(PlannerNodeTest, SurvivesAPoseFarAway) {
   Start();
   vehicle_.Drive(3);
@@ -253,6 +238,21 @@ TEST_F(PlannerNodeTest, DamagedBytesAreCountedAndHarmless) {
   ExpectSound(bench_.Last(outputs::kPlan));
   EXPECT_EQ(bench_.CounterOf("vog-planner", "submaps"), 2);
 }
+
+class PlannerMethodTest : public PlannerNodeTest, public testing::WithParamInterface<MapMethod> {};
+
+TEST_P(PlannerMethodTest, PlansOnItsMap) {
+  settings_.map.method = GetParam();
+  Start();
+  vehicle_.Drive(2 * kScansPerSubmap);
+  ExpectSound(bench_.Last(outputs::kPlan));
+  EXPECT_GT(bench_.Last(outputs::kMissionStatus).explored_m3, 1);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, PlannerMethodTest,
+                         testing::Values(MapMethod::kCached, MapMethod::kDirect,
+                                         MapMethod::kAlgorithm1, MapMethod::kIncrementalMerge),
+                         [](const auto& info) { return NameOf(MapMethodNames(), info.param); });
 
 TEST(PlannerSettingsTest, RefusesAnEmptyBox) {
   EXPECT_THROW(PlannerSettings::From(Config::Parse(

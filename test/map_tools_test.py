@@ -94,6 +94,8 @@ class MapToolsTest(VogTest):
             "map", "raycast", self.map, "--origin", 0.05, 0.05, 0.05, "--direction", -1, 0, 0,
             "--range", 5, "--json"))
         self.assertFalse(nothing["hit"])
+        self.refuse(2, "map", "raycast", self.map, "--origin", 0, 0, 0, "--direction", 1, 0, 0,
+                    "--range", 5, "--method", "nosuch", says=["nosuch", "incremental_merge"])
 
     def test_exports(self):
         for kind in ("ot", "bt", "ply", "pcd", "vtk"):

@@ -104,6 +104,19 @@ TEST_F(Algorithm1Test, ClampsAfterEveryAddition) {
   EXPECT_EQ(log_odds, ToLogOdds(max + min));
 }
 
+TEST_F(Algorithm1Test, FollowsSubmapsThatMove) {
+  PlaceRandom(3);
+  Place(1, submaps_[1].first, RandomPose(0.8, random_));
+  submaps_[2].second = RandomPose(0.8, random_);
+  dut_.Move({{2, submaps_[2].second}});
+  for (int i = 0; i < 500; ++i) {
+    const Vec3 p_W = RandomPoint(1.6, random_);
+    float log_odds;
+    dut_.LogOddsAt({&p_W, 1}, {&log_odds, 1});
+    EXPECT_PRED2(Same, log_odds, LiteralLogOdds(p_W));
+  }
+}
+
 TEST_F(Algorithm1Test, AddsTheOpenSubmapLast) {
   const VoxelKey voxel{0, 0, 0};
   const int max = model_.max, min = model_.min;

@@ -20,9 +20,9 @@ namespace vog {
 /// the voxel that holds the point. The open submap grows with every scan; its part is read as in
 /// eq. 5 and added to the answer.
 ///
-/// The grid is a hash of blocks of voxels rather than an octree: nearly as quick to read as
-/// VogMap's remembered sums, and quicker to fill than an octree, so that a comparison shows what
-/// merging costs and not what the container does.
+/// The grid is a hash of blocks of voxels rather than an octree: to find a voxel costs one hash
+/// instead of a way down sixteen levels, when merging and when asked, so that a comparison with
+/// VogMap shows what merging costs and not what the container does.
 class IncrementalMergeMap final : public SubmapMap {
  public:
   IncrementalMergeMap(double voxel_size_m, const SensorModel& model)

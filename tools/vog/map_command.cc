@@ -2,7 +2,6 @@
 #include <cstdio>
 #include <fstream>
 #include <iostream>
-#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -37,14 +36,19 @@ std::unique_ptr<SubmapMap> MakeMap(const StoredMap& stored, MapMethod method) {
 bool AnswersVoxels(MapMethod method) { return method == MapMethod::kCached; }
 
 void AddMethod(CLI::App& command, MapMethod& method) {
-  std::map<std::string, MapMethod> methods;
-  for (const auto& [value, name] : MapMethodNames()) methods[name] = value;
+  std::vector<std::string> names;
+  for (const auto& [value, name] : MapMethodNames()) names.push_back(name);
+  const auto choose = [&method](const std::string& chosen) {
+    for (const auto& [value, name] : MapMethodNames()) {
+      if (name == chosen) method = value;
+    }
+  };
   command
-      .add_option("--method", method,
-                  "cached: eq. 5 at the centres of voxels; at the places themselves: direct (eq. "
-                  "5), algorithm1 (clamps each addition), incremental_merge (one global grid)")
-      ->transform(CLI::CheckedTransformer(methods).description(""))
-      ->type_name("METHOD")
+      .add_option_function<std::string>(
+          "--method", choose,
+          "cached: eq. 5 at the centres of voxels; at the places themselves: direct (eq. 5), "
+          "algorithm1 (clamps each addition), incremental_merge (one global grid)")
+      ->check(CLI::IsMember(names))
       ->default_str(NameOf(MapMethodNames(), method));
 }
 

@@ -66,7 +66,7 @@ class MapToolsTest(VogTest):
             self.assertAlmostEqual(float(vertex[2]), 0.1 * number)
 
     def test_points(self):
-        for method in ("direct", "cached"):
+        for method in ("direct", "cached", "algorithm1", "incremental_merge"):
             answers = self.query((2.05, 0.05, 0.05), (1.05, 0.05, 0.05), (-5, 0, 0), method=method)
             self.assertEqual([answer[3] for answer in answers], ["occupied", "free", "unknown"])
             self.assertTrue(math.isnan(float(answers[2][4])))
@@ -83,7 +83,7 @@ class MapToolsTest(VogTest):
         self.assertIn("occupied", done.stdout)
 
     def test_rays(self):
-        for method in ("cached", "direct", "algorithm1"):
+        for method in ("cached", "direct", "algorithm1", "incremental_merge"):
             answer = json.loads(self.run_vog(
                 "map", "raycast", self.map, "--origin", 0.05, 0.05, 0.05, "--direction", 1, 0, 0,
                 "--range", 5, "--method", method, "--json"))
@@ -94,6 +94,8 @@ class MapToolsTest(VogTest):
             "map", "raycast", self.map, "--origin", 0.05, 0.05, 0.05, "--direction", -1, 0, 0,
             "--range", 5, "--json"))
         self.assertFalse(nothing["hit"])
+        self.refuse(2, "map", "raycast", self.map, "--origin", 0, 0, 0, "--direction", 1, 0, 0,
+                    "--range", 5, "--method", "nosuch", says=["nosuch", "incremental_merge"])
 
     def test_exports(self):
         for kind in ("ot", "bt", "ply", "pcd", "vtk"):

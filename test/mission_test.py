@@ -112,6 +112,13 @@ class RepeatTest(VogTest):
                     if not mission.endswith("paper"):  # A fixed fan is blind above and below.
                         self.assertEqual(metrics["collisions"], 0)
 
+    @unittest.skipIf(IS_SANITIZED, "slow: nothing is remembered")
+    def test_what_the_map_remembers_changes_nothing(self):
+        run = ("--set", "bus.run_id=1")  # Else derived from the settings, which differ.
+        cached = self.fly("cached", *run)
+        direct = self.fly("direct", *run, "--set", "map.method=direct")
+        self.assertEqual(contents(cached / "map"), contents(direct / "map"))
+
     def test_a_structure_of_ones_own(self):
         folder = self.scratch / "own"
         folder.mkdir()

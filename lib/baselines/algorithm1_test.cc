@@ -106,15 +106,44 @@ TEST_F(Algorithm1Test, ClampsAfterEveryAddition) {
 
 TEST_F(Algorithm1Test, FollowsSubmapsThatMove) {
   PlaceRandom(3);
-  const std::int64_t revision = dut_.revision();
   Place(1, submaps_[1].first, RandomPose(0.8, random_));
-  EXPECT_GT(dut_.revision(), revision);
+  submaps_[2].second = RandomPose(0.8, random_);
+  dut_.Move({{2, submaps_[2].second}});
   for (int i = 0; i < 500; ++i) {
     const Vec3 p_W = RandomPoint(1.6, random_);
     float log_odds;
     dut_.LogOddsAt({&p_W, 1}, {&log_odds, 1});
     EXPECT_PRED2(Same, log_odds, LiteralLogOdds(p_W));
   }
+}
+
+TEST_F(Algorithm1Test, AddsTheOpenSubmapLast) {
+  const VoxelKey voxel{0, 0, 0};
+  const int max = model_.max, min = model_.min;
+  BrickGrid open = GridOf(kVoxel_m, {{voxel, min}});
+  dut_.SetOpen(&open, Pose3::Identity());
+  for (int id = 0; id < 2; ++id) Place(id, {{voxel, max}}, Pose3::Identity());
+  float log_odds;
+  dut_.LogOddsOf({&voxel, 1}, {&log_odds, 1});
+  EXPECT_EQ(log_odds, ToLogOdds(max + min));
+  open.At(voxel) = -1;
+  dut_.NoteOpenGrew();
+  dut_.LogOddsOf({&voxel, 1}, {&log_odds, 1});
+  EXPECT_EQ(log_odds, ToLogOdds(max - 1));
+}
+
+// OctoMap's own clamps are narrower than a model's may be.
+TEST_F(Algorithm1Test, SubmapsKeepTheirLogOdds) {
+  SensorModelOptions wide;
+  wide.min_probability = 0.02;
+  wide.max_probability = 0.98;
+  const SensorModel model(wide);
+  Algorithm1Map map(kVoxel_m, model);
+  const VoxelTable table = {{{0, 0, 0}, model.max}, {{1, 0, 0}, model.min}};
+  map.Place(MakeSubmap(0, GridOf(kVoxel_m, table), random_), Pose3::Identity());
+  std::vector<float> log_odds;
+  map.LogOddsIn({{0, 0, 0}, {1, 0, 0}}, log_odds);
+  EXPECT_EQ(log_odds, (std::vector<float>{ToLogOdds(model.max), ToLogOdds(model.min)}));
 }
 
 TEST_F(Algorithm1Test, NothingIsKnownWithoutSubmaps) {

@@ -48,6 +48,25 @@ class PlannerNodeTest : public testing::Test {
       EXPECT_LT(p_W.y(), 2.5 - half_m + 0.15);
     }
   }
+  /// Runs a planner with `twin_settings` beside the one under test.
+  void ExpectEqualPlansOfTwin(const PlannerSettings& twin_settings) {
+    Start();
+    ProcessBus twin_bus(bench_.queue, "twin", 1);
+    const PlannerNode twin(twin_bus, twin_settings);
+    vehicle_.Drive(2 * kScansPerSubmap);
+    std::map<std::int64_t, std::map<std::int64_t, plan_t>> plans;  // By epoch and id.
+    for (const plan_t& plan : bench_.Said(outputs::kPlan))
+      plans[plan.header.epoch].emplace(plan.plan_id, plan);
+    ASSERT_EQ(plans.size(), 2u);
+    const auto& a = plans.begin()->second;
+    const auto& b = plans.rbegin()->second;
+    ASSERT_EQ(a.size(), b.size());
+    for (const auto& [id, plan] : a) {
+      plan_t other = b.at(id);
+      other.header = plan.header;
+      EXPECT_EQ(Encode(other), Encode(plan)) << id;
+    }
+  }
   std::vector<map_request_t> RequestsOfPlanner() const {
     std::vector<map_request_t> requests;
     for (const map_request_t& request : bench_.Said(outputs::kMapRequest))
@@ -179,24 +198,12 @@ TEST_F(PlannerNodeTest, StandardModePlansInTheOdometrysWorld) {
   EXPECT_GT(bench_.Last(outputs::kMissionStatus).explored_m3, 1);
 }
 
-TEST_F(PlannerNodeTest, EqualInputsGiveEqualPlans) {
-  Start();
-  ProcessBus twin_bus(bench_.queue, "twin", 1);
-  PlannerSettings twin_settings = settings_;
-  const PlannerNode twin(twin_bus, twin_settings);
-  vehicle_.Drive(2 * kScansPerSubmap);
-  std::map<std::int64_t, std::map<std::int64_t, plan_t>> plans;  // By epoch and id.
-  for (const plan_t& plan : bench_.Said(outputs::kPlan))
-    plans[plan.header.epoch].emplace(plan.plan_id, plan);
-  ASSERT_EQ(plans.size(), 2u);
-  const auto& a = plans.begin()->second;
-  const auto& b = plans.rbegin()->second;
-  ASSERT_EQ(a.size(), b.size());
-  for (const auto& [id, plan] : a) {
-    plan_t other = b.at(id);
-    other.header = plan.header;
-    EXPECT_EQ(Encode(other), Encode(plan)) << id;
-  }
+TEST_F(PlannerNodeTest, EqualInputsGiveEqualPlans) { ExpectEqualPlansOfTwin(settings_); }
+
+TEST_F(PlannerNodeTest, PlansDoNotDependOnWhatTheMapRemembers) {
+  PlannerSettings direct = settings_;
+  direct.map.method = MapMethod::kDirect;
+  ExpectEqualPlansOfTwin(direct);
 }
 
 TEST_F(PlannerNodeTest, SurvivesAPoseFarAway) {
@@ -231,6 +238,21 @@ TEST_F(PlannerNodeTest, DamagedBytesAreCountedAndHarmless) {
   ExpectSound(bench_.Last(outputs::kPlan));
   EXPECT_EQ(bench_.CounterOf("vog-planner", "submaps"), 2);
 }
+
+class PlannerMethodTest : public PlannerNodeTest, public testing::WithParamInterface<MapMethod> {};
+
+TEST_P(PlannerMethodTest, PlansOnItsMap) {
+  settings_.map.method = GetParam();
+  Start();
+  vehicle_.Drive(2 * kScansPerSubmap);
+  ExpectSound(bench_.Last(outputs::kPlan));
+  EXPECT_GT(bench_.Last(outputs::kMissionStatus).explored_m3, 1);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, PlannerMethodTest,
+                         testing::Values(MapMethod::kCached, MapMethod::kDirect,
+                                         MapMethod::kAlgorithm1, MapMethod::kIncrementalMerge),
+                         [](const auto& info) { return NameOf(MapMethodNames(), info.param); });
 
 TEST(PlannerSettingsTest, RefusesAnEmptyBox) {
   EXPECT_THROW(PlannerSettings::From(Config::Parse(

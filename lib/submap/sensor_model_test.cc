@@ -6,18 +6,19 @@ namespace vog {
 namespace {
 
 TEST(SensorModelTest, UnitsAreExactLogOdds) {
-  for (int units = -127; units <= 127; ++units) {
+  for (int units = -126; units <= 126; ++units) {
     EXPECT_EQ(ToUnits(ToLogOdds(units)), units);
     EXPECT_EQ(32 * ToLogOdds(units), units);
     EXPECT_EQ(ToUnits(LogOddsOfProbability(ProbabilityOfLogOdds(ToLogOdds(units)))), units);
   }
 }
 
+// Readers mark with the ends of the range what is not a value.
 TEST(SensorModelTest, NoLogOddsBecomeTheUnknown) {
   for (const double log_odds : {-4.0, -1e6, -1e300, 4.0, 1e300})
     EXPECT_NE(ToUnits(log_odds), kUnknownUnits);
-  EXPECT_EQ(ToUnits(-1e300), -127);
-  EXPECT_EQ(ToUnits(1e300), 127);
+  EXPECT_EQ(ToUnits(-1e300), -126);
+  EXPECT_EQ(ToUnits(1e300), 126);
 }
 
 TEST(SensorModelTest, DefaultsAreOctoMapsToAThirtySecond) {

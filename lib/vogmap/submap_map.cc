@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "lib/vogmap/log_odds_sum.h"
+
 namespace vog {
 
 SubmapMap::SubmapMap(double voxel_size_m, const SensorModel& model)
@@ -56,17 +58,13 @@ void SubmapMap::NoteOpenGrew() {
 }
 
 float SubmapMap::DirectLogOddsAt(const Vec3& p_W) const {
-  int sum = 0;
-  bool is_known = false;
+  LogOddsSum sum;
   const auto add = [&](const BrickGrid& grid, const Pose3& X_MW) {
-    const LogOddsUnits units = grid.Get(grid.grid().KeyOf(X_MW * p_W));
-    if (units == kUnknownUnits) return;
-    sum += units;
-    is_known = true;
+    sum.Add(grid.Get(grid.grid().KeyOf(X_MW * p_W)));
   };
   for (const auto& [id, placed] : placed_) add(placed.submap->grid, placed.X_MW);
   if (open_ != nullptr) add(*open_, X_open_W_);
-  return is_known ? ToLogOdds(model_.Clamp(sum)) : kUnknownLogOdds;
+  return sum.Clamped(model_);
 }
 
 void SubmapMap::SetSigmas(const std::vector<std::pair<SubmapId, double>>& sigmas_m) {

@@ -48,10 +48,11 @@ class History {
 
   /// Compares about `count` answers; adds to `figures`.
   void Compare(std::int64_t count, CheckFigures& figures) {
-    const auto third = static_cast<std::size_t>(count / 3 + 1);
-    CompareVoxels(third, figures);
-    CompareBoxes(third, figures);
-    CompareRays(third, figures);
+    const auto share = static_cast<std::size_t>(count / 4 + 1);
+    ComparePoints(share, figures);
+    CompareVoxels(share, figures);
+    CompareBoxes(share, figures);
+    CompareRays(share, figures);
   }
 
  private:
@@ -103,22 +104,35 @@ class History {
     OnBoth([](SubmapMap& map) { map.NoteOpenGrew(); });
   }
 
-  /// What direct says at the voxels' centres against `answers`.
-  void CompareWithDirect(const std::vector<VoxelKey>& voxels, const std::vector<float>& answers,
+  /// Compares `answers` with those of the direct map at `points_W`.
+  void CompareWithDirect(const std::vector<Vec3>& points_W, const std::vector<float>& answers,
                          CheckFigures& figures) {
-    std::vector<Vec3> centers_W;
-    for (const VoxelKey& voxel : voxels) centers_W.push_back(cached_.grid().CenterOf(voxel));
-    std::vector<float> truth(voxels.size());
-    direct_.LogOddsAt(centers_W, truth);
-    figures.checks += static_cast<std::int64_t>(voxels.size());
-    for (std::size_t i = 0; i < voxels.size(); ++i)
+    std::vector<float> truth(points_W.size());
+    direct_.LogOddsAt(points_W, truth);
+    figures.checks += static_cast<std::int64_t>(points_W.size());
+    for (std::size_t i = 0; i < points_W.size(); ++i)
       figures.differences +=
           std::bit_cast<std::uint32_t>(truth[i]) != std::bit_cast<std::uint32_t>(answers[i]);
   }
 
-  VoxelKey AnyVoxel() {
+  std::vector<Vec3> CentersOf(const std::vector<VoxelKey>& voxels) const {
+    std::vector<Vec3> centers_W;
+    for (const VoxelKey& voxel : voxels) centers_W.push_back(cached_.grid().CenterOf(voxel));
+    return centers_W;
+  }
+
+  Vec3 AnyPoint_W() {
     // Twice the vehicle's box reaches beyond the walls, where nothing is known.
-    return cached_.grid().KeyOf(2 * scene_->AnyPose(random_).position_W_m);
+    return 2 * scene_->AnyPose(random_).position_W_m;
+  }
+  VoxelKey AnyVoxel() { return cached_.grid().KeyOf(AnyPoint_W()); }
+
+  void ComparePoints(std::size_t count, CheckFigures& figures) {
+    std::vector<Vec3> points_W;
+    while (points_W.size() < count) points_W.push_back(AnyPoint_W());
+    std::vector<float> answers(count);
+    cached_.LogOddsAt(points_W, answers);
+    CompareWithDirect(points_W, answers, figures);
   }
 
   void CompareVoxels(std::size_t count, CheckFigures& figures) {
@@ -126,7 +140,7 @@ class History {
     while (voxels.size() < count) voxels.push_back(AnyVoxel());
     std::vector<float> answers(count);
     cached_.LogOddsOf(voxels, answers);
-    CompareWithDirect(voxels, answers, figures);
+    CompareWithDirect(CentersOf(voxels), answers, figures);
   }
 
   void CompareBoxes(std::size_t count, CheckFigures& figures) {
@@ -140,7 +154,7 @@ class History {
       voxels.clear();
       ForEachVoxel(box, [&](const VoxelKey& voxel) { voxels.push_back(voxel); });
       cached_.LogOddsIn(box, answers);
-      CompareWithDirect(voxels, answers, figures);
+      CompareWithDirect(CentersOf(voxels), answers, figures);
     }
   }
 
@@ -156,7 +170,7 @@ class History {
         answers.push_back(voxel.log_odds);
       }
     }
-    CompareWithDirect(voxels, answers, figures);
+    CompareWithDirect(CentersOf(voxels), answers, figures);
   }
 
   const BenchScene* scene_;

@@ -4,8 +4,8 @@
 #include <bit>
 #include <memory>
 
+#include "lib/baselines/make_submap_map.h"
 #include "lib/submap/scan_inserter.h"
-#include "lib/vogmap/vog_map.h"
 #include "tools/map/bench_workload.h"
 
 namespace vog {
@@ -21,8 +21,8 @@ class History {
         submaps_(submaps),
         random_(scene.seed(), "bench history"),
         open_scans_(scene.ScansOf(0)),
-        cached_(scene.voxel_size_m(), kModel),
-        direct_(scene.voxel_size_m(), kModel) {}
+        cached_(MakeSubmapMap(MapMethod::kCached, scene.voxel_size_m(), kModel)),
+        direct_(MakeSubmapMap(MapMethod::kDirect, scene.voxel_size_m(), kModel)) {}
 
   void Step(int step) {
     switch (random_.Index(8)) {
@@ -64,8 +64,8 @@ class History {
 
   template <class Change>
   void OnBoth(Change change) {
-    change(cached_);
-    change(direct_);
+    change(*cached_);
+    change(*direct_);
   }
 
   void Place() {
@@ -108,7 +108,7 @@ class History {
   void CompareWithDirect(const std::vector<Vec3>& points_W, const std::vector<float>& answers,
                          CheckFigures& figures) {
     std::vector<float> truth(points_W.size());
-    direct_.LogOddsAt(points_W, truth);
+    direct_->LogOddsAt(points_W, truth);
     figures.checks += static_cast<std::int64_t>(points_W.size());
     for (std::size_t i = 0; i < points_W.size(); ++i)
       figures.differences +=
@@ -117,7 +117,7 @@ class History {
 
   std::vector<Vec3> CentersOf(const std::vector<VoxelKey>& voxels) const {
     std::vector<Vec3> centers_W;
-    for (const VoxelKey& voxel : voxels) centers_W.push_back(cached_.grid().CenterOf(voxel));
+    for (const VoxelKey& voxel : voxels) centers_W.push_back(cached_->grid().CenterOf(voxel));
     return centers_W;
   }
 
@@ -125,13 +125,13 @@ class History {
     // Twice the vehicle's box reaches beyond the walls, where nothing is known.
     return 2 * scene_->AnyPose(random_).position_W_m;
   }
-  VoxelKey AnyVoxel() { return cached_.grid().KeyOf(AnyPoint_W()); }
+  VoxelKey AnyVoxel() { return cached_->grid().KeyOf(AnyPoint_W()); }
 
   void ComparePoints(std::size_t count, CheckFigures& figures) {
     std::vector<Vec3> points_W;
     while (points_W.size() < count) points_W.push_back(AnyPoint_W());
     std::vector<float> answers(count);
-    cached_.LogOddsAt(points_W, answers);
+    cached_->LogOddsAt(points_W, answers);
     CompareWithDirect(points_W, answers, figures);
   }
 
@@ -139,7 +139,7 @@ class History {
     std::vector<VoxelKey> voxels;
     while (voxels.size() < count) voxels.push_back(AnyVoxel());
     std::vector<float> answers(count);
-    cached_.LogOddsOf(voxels, answers);
+    cached_->LogOddsOf(voxels, answers);
     CompareWithDirect(CentersOf(voxels), answers, figures);
   }
 
@@ -153,7 +153,7 @@ class History {
                           corner.z + random_.Index(20)}};
       voxels.clear();
       ForEachVoxel(box, [&](const VoxelKey& voxel) { voxels.push_back(voxel); });
-      cached_.LogOddsIn(box, answers);
+      cached_->LogOddsIn(box, answers);
       CompareWithDirect(CentersOf(voxels), answers, figures);
     }
   }
@@ -164,7 +164,7 @@ class History {
     std::vector<RayVoxel> ray;
     while (voxels.size() < count) {
       const Pose3 X_WB = scene_->AnyPose(random_).X_WB();
-      cached_.CastRay(X_WB.translation(), X_WB.linear().col(0), kRayLength_m, ray);
+      cached_->CastRay(X_WB.translation(), X_WB.linear().col(0), kRayLength_m, ray);
       for (const RayVoxel& voxel : ray) {
         voxels.push_back(voxel.key);
         answers.push_back(voxel.log_odds);
@@ -177,7 +177,7 @@ class History {
   std::span<const BenchSubmap> submaps_;
   Random random_;
   std::vector<PosedScan> open_scans_;
-  VogMap cached_, direct_;
+  std::unique_ptr<SubmapMap> cached_, direct_;
   std::unique_ptr<BrickGrid> open_;
   std::unique_ptr<ScanInserter> inserter_;
 };

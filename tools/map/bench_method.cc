@@ -1,10 +1,11 @@
 #include "tools/map/bench_method.h"
 
 #include <algorithm>
+#include <limits>
 
+#include "lib/baselines/make_submap_map.h"
 #include "lib/collision/collision_checker.h"
 #include "lib/planner/planner_options.h"
-#include "lib/vogmap/vog_map.h"
 #include "tools/map/bench_clock.h"
 
 namespace vog {
@@ -12,44 +13,6 @@ namespace {
 
 constexpr int kRepeats = 5, kClosures = 3;
 constexpr double kNanosecond = 1e-9, kMicrosecond = 1e-6, kMillisecond = 1e-3;
-
-class DirectLiteral final : public SubmapMap {
- public:
-  using SubmapMap::SubmapMap;
-  DirectLiteral(double voxel_size_m, const SensorModel& model) : SubmapMap(voxel_size_m, model) {}
-  void LogOddsAt(std::span<const Vec3> points_W, std::span<float> log_odds) const override {
-    for (std::size_t i = 0; i < points_W.size(); ++i) log_odds[i] = At(points_W[i]);
-  }
-  void LogOddsOf(std::span<const VoxelKey> voxels, std::span<float> log_odds) const override {
-    ReadVoxels(voxels, log_odds, [&](const VoxelKey& v) { return At(grid().CenterOf(v)); });
-  }
-  void LogOddsIn(const VoxelBox& box, std::vector<float>& log_odds) const override {
-    ReadBox(box, log_odds, [&](const VoxelKey& v) { return At(grid().CenterOf(v)); });
-  }
-  void CastRay(const Vec3& origin_W, const Vec3& direction_W, double range_m,
-               std::vector<RayVoxel>& ray) const override {
-    WalkRay(origin_W, direction_W, range_m, ray,
-            [&](const VoxelKey& v) { return At(grid().CenterOf(v)); });
-  }
-
- private:
-  float At(const Vec3& p_W) const {
-    int sum = 0;
-    bool known = false;
-    for (const auto& [id, placed] : placed()) {
-      const BrickGrid& g = placed.submap->grid;
-      const LogOddsUnits u = g.Get(g.grid().KeyOf(placed.X_MW * p_W));
-      if (u == kUnknownUnits) continue;
-      sum += u;
-      known = true;
-    }
-    return known ? ToLogOdds(model().Clamp(sum)) : kUnknownLogOdds;
-  }
-  void OnChange(SubmapId, const PlacedSubmap*, const PlacedSubmap*) override {}
-  void OnOpenChange() override {}
-};
-
-constexpr int kAny = 1'000'000;
 
 /// Notes the boxes of voxels that are read.
 class BoxNotes final : public OccupancyMap {
@@ -77,7 +40,7 @@ class MethodBench {
   MethodBench(const BenchMethod& method, const BenchScene& scene,
               std::span<const BenchSubmap> submaps, const BenchWorkload& workload)
       : scene_(scene), submaps_(submaps), workload_(workload), method_(method) {
-    map_ = method.make(scene.voxel_size_m(), SensorModel(SensorModelOptions{}));
+    map_ = MakeSubmapMap(method.method, scene.voxel_size_m(), SensorModel(SensorModelOptions{}));
     for (const auto& [submap, X_WM] : submaps) map_->Place(submap, X_WM);
     ChooseStepRays();
   }
@@ -184,17 +147,13 @@ class MethodBench {
 }  // namespace
 
 const std::vector<BenchMethod>& AllBenchMethods() {
-  static const std::vector<BenchMethod> methods = {
-      {"cached",
-       [](double v, const SensorModel& m) -> std::unique_ptr<SubmapMap> {
-         return std::make_unique<VogMap>(v, m);
-       },
-       true, kAny},
-      {"direct",
-       [](double v, const SensorModel& m) -> std::unique_ptr<SubmapMap> {
-         return std::make_unique<DirectLiteral>(v, m);
-       },
-       false, kAny}};
+  constexpr int kAnySize = std::numeric_limits<int>::max();
+  // An octree takes some 0.5 MB.
+  constexpr int kOctrees = 2000;
+  static const std::vector<BenchMethod> methods = {{MapMethod::kCached, true, kAnySize},
+                                                   {MapMethod::kDirect, false, kAnySize},
+                                                   {MapMethod::kAlgorithm1, false, kOctrees},
+                                                   {MapMethod::kIncrementalMerge, true, kAnySize}};
   return methods;
 }
 

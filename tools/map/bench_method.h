@@ -1,22 +1,22 @@
 #pragma once
 
-#include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "lib/vogmap/submap_map.h"
+#include "lib/vogmap/map_options.h"
 #include "tools/map/bench_scene.h"
 #include "tools/map/bench_workload.h"
 
 namespace vog {
 
-/// A way to answer, by its name.
+/// A way to answer, and how to measure it.
 struct BenchMethod {
-  std::string name;
-  std::unique_ptr<SubmapMap> (*make)(double voxel_size_m, const SensorModel& model);
+  MapMethod method;
   bool remembers;    ///< A warm read costs a look-up; otherwise one in each submap.
   int most_submaps;  ///< That fit in memory.
+
+  std::string name() const { return NameOf(MapMethodNames(), method); }
 };
 
 const std::vector<BenchMethod>& AllBenchMethods();

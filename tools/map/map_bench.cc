@@ -79,7 +79,7 @@ SharedFigures MeasureShared(const BenchScene& scene, std::span<const BenchSubmap
 
 Json RowOf(const BenchMethod& method, std::size_t submaps, const SharedFigures& shared,
            const MethodFigures& figures) {
-  return {{"method", method.name},
+  return {{"method", method.name()},
           {"submaps", submaps},
           {"overlap", shared.overlap},
           {"octomap_search_ns", shared.octomap_search_ns},
@@ -97,10 +97,11 @@ Json RowOf(const BenchMethod& method, std::size_t submaps, const SharedFigures& 
           {"collision_broad_us", figures.collision_broad_us}};
 }
 
-std::vector<BenchMethod> ChosenMethods(const std::vector<std::string>& names) {
+std::vector<BenchMethod> ChosenMethods(const std::vector<MapMethod>& chosen) {
   std::vector<BenchMethod> methods = AllBenchMethods();
   std::erase_if(methods, [&](const BenchMethod& method) {
-    return !names.empty() && std::find(names.begin(), names.end(), method.name) == names.end();
+    return !chosen.empty() &&
+           std::find(chosen.begin(), chosen.end(), method.method) == chosen.end();
   });
   return methods;
 }
@@ -143,7 +144,7 @@ class MapBench {
     const SharedFigures shared = MeasureShared(scene_, submaps, workload, insertion);
     for (std::size_t i = 0; i < methods_.size(); ++i) {
       const BenchMethod& method = methods_[i];
-      Show(static_cast<double>(i) / static_cast<double>(methods_.size()), size + method.name);
+      Show(static_cast<double>(i) / static_cast<double>(methods_.size()), size + method.name());
       if (count > method.most_submaps) continue;
       rows.push_back(
           RowOf(method, submaps.size(), shared, MeasureMethod(method, scene_, submaps, workload)));
@@ -212,17 +213,11 @@ void TellLeftOut(const BenchOptions& options) {
   for (const int count : options.submaps)
     for (const BenchMethod& method : ChosenMethods(options.methods))
       if (count > method.most_submaps)
-        LogLine(method.name + " is left out with " + std::to_string(count) +
+        LogLine(method.name() + " is left out with " + std::to_string(count) +
                 " submaps: its octrees would fill the memory");
 }
 
 }  // namespace
-
-std::vector<std::string> BenchMethods() {
-  std::vector<std::string> names;
-  for (const BenchMethod& method : AllBenchMethods()) names.push_back(method.name);
-  return names;
-}
 
 void BenchMaps(const BenchOptions& options) {
   const Json report = MapBench(options).Run();

@@ -1,9 +1,9 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 #include <vector>
 
+#include "lib/vogmap/map_options.h"
 #include "sim/scene/scene_options.h"
 
 namespace vog {
@@ -12,13 +12,10 @@ struct BenchOptions {
   SceneKind scene = SceneKind::kTank;
   std::uint64_t seed = 1;
   std::vector<int> submaps = {75, 156, 1000};
-  std::vector<std::string> methods = {};  ///< Of BenchMethods(); all when empty.
+  std::vector<MapMethod> methods = {};  ///< All when empty.
   std::int64_t checks = 1'000'000;
   bool json = false;
 };
-
-/// The names of the ways to answer that can be compared.
-std::vector<std::string> BenchMethods();
 
 /// Makes submaps from a seed, compares the answers of the fast map with eq. 5, measures each method
 /// on maps of each size in one thread, and prints a table or JSON.

@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <fstream>
 #include <iostream>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -345,14 +346,22 @@ void AddBench(CLI::App& map) {
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
   command->add_option("--scene", options->scene, "tank or propeller")
-      ->transform(CLI::Transformer(std::map<std::string, SceneKind>{
-          {"tank", SceneKind::kTank}, {"propeller", SceneKind::kPropeller}}))
+      ->transform(CLI::CheckedTransformer(
+                      std::map<std::string, SceneKind>{{"tank", SceneKind::kTank},
+                                                       {"propeller", SceneKind::kPropeller}})
+                      .description(""))
+      ->type_name("SCENE")
       ->default_str("tank");
   command->add_option("--seed", options->seed, "of ways, noise and questions")
       ->capture_default_str();
-  command->add_option("--methods", options->methods, "ways to answer; all by default")
+  std::map<std::string, MapMethod> methods;
+  for (const auto& [value, name] : MapMethodNames()) methods[name] = value;
+  command
+      ->add_option("--methods", options->methods,
+                   "cached, direct, algorithm1, incremental_merge; all by default")
       ->delimiter(',')
-      ->check(CLI::IsMember(BenchMethods()));
+      ->transform(CLI::CheckedTransformer(methods).description(""))
+      ->type_name("METHOD,...");
   command->add_option("--checks", options->checks, "answers to compare before measuring")
       ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 40))
       ->capture_default_str();

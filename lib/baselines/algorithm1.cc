@@ -1,33 +1,19 @@
 #include "lib/baselines/algorithm1.h"
 
 #include <algorithm>
-#include <numbers>
+
+#include "lib/baselines/culling.h"
 
 namespace vog {
-namespace {
 
-/// Whether the segment from `origin` along `direction` comes as near as `margin_m` to the box along
-/// each axis (slab test).
-bool Meets(const Eigen::AlignedBox3d& box, const Vec3& origin, const Vec3& direction,
-           double length_m, double margin_m) {
-  double enter_m = 0, leave_m = length_m;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double lo = box.min()[axis] - margin_m - origin[axis];
-    const double hi = box.max()[axis] + margin_m - origin[axis];
-    if (direction[axis] == 0) {
-      if (lo > 0 || hi < 0) return false;
-      continue;
-    }
-    const double a = lo / direction[axis], b = hi / direction[axis];
-    enter_m = std::max(enter_m, std::min(a, b));
-    leave_m = std::min(leave_m, std::max(a, b));
-  }
-  return enter_m <= leave_m;
-}
+Algorithm1Map::Algorithm1Map(double voxel_size_m, const SensorModel& model)
+    : SubmapMap(voxel_size_m, model), min_(ToLogOdds(model.min)), max_(ToLogOdds(model.max)) {}
 
-std::unique_ptr<octomap::OcTree> ToTree(const BrickGrid& grid) {
+Algorithm1Map::Octree Algorithm1Map::ToOctree(const BrickGrid& grid, const Pose3& X_MW) {
   constexpr std::int32_t kKeyOrigin = 32768;
   auto tree = std::make_unique<octomap::OcTree>(grid.grid().voxel_size_m());
+  tree->setClampingThresMin(0);  // The model has clamped the values already.
+  tree->setClampingThresMax(1);
   grid.ForEach([&](const VoxelKey& key, LogOddsUnits units) {
     const auto index = [](std::int32_t i) {
       return static_cast<octomap::key_type>(i + kKeyOrigin);
@@ -38,39 +24,42 @@ std::unique_ptr<octomap::OcTree> ToTree(const BrickGrid& grid) {
   });
   tree->updateInnerOccupancy();
   tree->prune();
-  return tree;
+  return {std::move(tree), grid.Bounds(), X_MW};
 }
 
-}  // namespace
-
-Algorithm1Map::Algorithm1Map(double voxel_size_m, const SensorModel& model)
-    : OccupancyMap(voxel_size_m, ToLogOdds(model.occupied_from)),
-      min_(ToLogOdds(model.min)),
-      max_(ToLogOdds(model.max)) {}
-
-void Algorithm1Map::Place(const SubmapPtr& submap, const Pose3& X_WM) {
-  placed_[submap->id()] = {ToTree(submap->grid), submap->grid.Bounds(), X_WM, X_WM.inverse()};
-  ++revision_;
-}
-
-std::vector<const Algorithm1Map::Placed*> Algorithm1Map::IntersectingSubmaps(
-    const Vec3& origin_W, const Vec3& direction_W, double length_m, double margin_m) const {
-  std::vector<const Placed*> submaps;
-  for (const auto& [id, placed] : placed_) {
-    if (Meets(placed.box_M, placed.X_MW * origin_W, placed.X_MW.linear() * direction_W, length_m,
-              margin_m))
-      submaps.push_back(&placed);
+void Algorithm1Map::OnChange(SubmapId id, const PlacedSubmap* before, const PlacedSubmap* after) {
+  if (after == nullptr) {
+    octrees_.erase(id);
+  } else if (before != nullptr && before->submap == after->submap) {
+    octrees_.at(id).X_MW = after->X_MW;
+  } else {
+    octrees_[id] = ToOctree(after->submap->grid, after->X_MW);
   }
-  return submaps;
 }
 
-float Algorithm1Map::LogOddsAt(const std::vector<const Placed*>& submaps, const Vec3& p_W) const {
+const Algorithm1Map::Octree& Algorithm1Map::OpenOctree() const {
+  if (open_octree_.tree == nullptr) open_octree_ = ToOctree(*open(), X_open_W());
+  return open_octree_;
+}
+
+template <class Extent>
+Algorithm1Map::Octrees Algorithm1Map::OctreesIn(const Extent& extent) const {
+  Octrees octrees;
+  const auto consider = [&](const Octree& octree) {
+    if (extent.Touches(octree.box_M, octree.X_MW)) octrees.push_back(&octree);
+  };
+  for (const auto& [id, octree] : octrees_) consider(octree);
+  if (open() != nullptr) consider(OpenOctree());
+  return octrees;
+}
+
+float Algorithm1Map::LogOddsAt(const Octrees& octrees, const Vec3& p_W) const {
   float sum = 0;
   bool is_known = false;
-  for (const Placed* placed : submaps) {
-    const Vec3 p_M = placed->X_MW * p_W;
-    if (!placed->box_M.contains(p_M)) continue;
-    const octomap::OcTreeNode* node = placed->tree->search(p_M.x(), p_M.y(), p_M.z());
+  for (const Octree* octree : octrees) {
+    const Vec3 p_M = octree->X_MW * p_W;
+    if (!octree->box_M.contains(p_M)) continue;
+    const octomap::OcTreeNode* node = octree->tree->search(p_M.x(), p_M.y(), p_M.z());
     if (node == nullptr) continue;
     sum = std::clamp(sum + node->getLogOdds(), min_, max_);
     is_known = true;
@@ -80,45 +69,37 @@ float Algorithm1Map::LogOddsAt(const std::vector<const Placed*>& submaps, const 
 
 std::vector<double> Algorithm1Map::OccupancyAlong(const Vec3& origin_W, const Vec3& direction_W,
                                                   double step_m, int steps) const {
-  const auto submaps = IntersectingSubmaps(origin_W, direction_W, steps * step_m, 0);
+  const Octrees octrees = OctreesIn(Segment(grid(), origin_W, direction_W, steps * step_m));
   std::vector<double> occupancy;
   for (int k = 1; k <= steps; ++k) {
-    const float log_odds = LogOddsAt(submaps, origin_W + k * step_m * direction_W);
+    const float log_odds = LogOddsAt(octrees, origin_W + k * step_m * direction_W);
     occupancy.push_back(IsKnown(log_odds) ? ProbabilityOfLogOdds(log_odds) : 0.5);
   }
   return occupancy;
 }
 
-std::vector<const Algorithm1Map::Placed*> Algorithm1Map::AllSubmaps() const {
-  std::vector<const Placed*> all;
-  for (const auto& [id, placed] : placed_) all.push_back(&placed);
-  return all;
-}
-
 void Algorithm1Map::LogOddsAt(std::span<const Vec3> points_W, std::span<float> log_odds) const {
-  const auto all = AllSubmaps();
-  for (std::size_t i = 0; i < points_W.size(); ++i) log_odds[i] = LogOddsAt(all, points_W[i]);
+  const Octrees octrees = OctreesIn(Ball(grid(), points_W));
+  for (std::size_t i = 0; i < points_W.size(); ++i) log_odds[i] = LogOddsAt(octrees, points_W[i]);
 }
 
 void Algorithm1Map::LogOddsOf(std::span<const VoxelKey> voxels, std::span<float> log_odds) const {
-  ReadVoxels(voxels, log_odds, [this, all = AllSubmaps()](const VoxelKey& voxel) {
-    return LogOddsAt(all, grid().CenterOf(voxel));
-  });
+  const Octrees octrees = OctreesIn(Ball(grid(), voxels));
+  ReadVoxels(voxels, log_odds,
+             [&](const VoxelKey& voxel) { return LogOddsAt(octrees, grid().CenterOf(voxel)); });
 }
 
 void Algorithm1Map::LogOddsIn(const VoxelBox& box, std::vector<float>& log_odds) const {
-  ReadBox(box, log_odds, [this, all = AllSubmaps()](const VoxelKey& voxel) {
-    return LogOddsAt(all, grid().CenterOf(voxel));
-  });
+  const Octrees octrees = OctreesIn(Ball(grid(), box));
+  ReadBox(box, log_odds,
+          [&](const VoxelKey& voxel) { return LogOddsAt(octrees, grid().CenterOf(voxel)); });
 }
 
 void Algorithm1Map::CastRay(const Vec3& origin_W, const Vec3& direction_W, double range_m,
                             std::vector<RayVoxel>& ray) const {
-  // The answers are at the voxels' centres, which lie beside the ray.
-  const double half_diagonal_m = std::numbers::sqrt3 / 2 * grid().voxel_size_m();
-  const auto submaps = IntersectingSubmaps(origin_W, direction_W, range_m, half_diagonal_m);
+  const Octrees octrees = OctreesIn(Segment(grid(), origin_W, direction_W, range_m));
   WalkRay(origin_W, direction_W, range_m, ray,
-          [&](const VoxelKey& voxel) { return LogOddsAt(submaps, grid().CenterOf(voxel)); });
+          [&](const VoxelKey& voxel) { return LogOddsAt(octrees, grid().CenterOf(voxel)); });
 }
 
 }  // namespace vog

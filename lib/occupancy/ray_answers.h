@@ -17,8 +17,8 @@ struct RayAnswers {
 RayAnswers AnswersInVoxels(const OccupancyMap& map, const Vec3& origin_W, const Vec3& direction_W,
                            double range_m);
 
-/// Answers at points a voxel's side apart, the first that far from the origin (`direct`,
-/// `algorithm1`). @pre direction_W is a unit vector.
+/// Answers at points a voxel's side apart, the first that far from the origin (`direct` and the
+/// baselines). @pre direction_W is a unit vector.
 RayAnswers AnswersAtSteps(const OccupancyMap& map, const Vec3& origin_W, const Vec3& direction_W,
                           double range_m);
 

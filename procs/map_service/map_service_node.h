@@ -12,17 +12,10 @@
 #include "lib/scan/scan_synchronizer.h"
 #include "lib/submap/submap_builder.h"
 #include "lib/vogmap/map_folder.h"
+#include "lib/vogmap/map_options.h"
 #include "lib/vogmap/vog_map.h"
 
 namespace vog {
-
-struct MapOptions {
-  std::string directory = "map";
-
-  void Visit(OptionsVisitor& v) {
-    v("directory", directory, "where the map is kept; a map of the same run there is gone on with");
-  }
-};
 
 struct MapServiceSettings {
   MapOptions map;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "lib/baselines/make_submap_map.h"
 #include "lib/bus/lcm_bus.h"
 
 namespace vog {
@@ -55,6 +56,7 @@ PlannerSettings PlannerSettings::From(const Config& config) {
                            config.Read<SonarOptions>("sonar"),
                            config.Read<SubmapOptions>("submap"),
                            config.Read<SensorModelOptions>("sensor_model"),
+                           config.Read<MapOptions>("map"),
                            config.Read<BusOptions>("bus").run_id};
   settings.exploration.Validate();
   return settings;
@@ -64,7 +66,8 @@ PlannerNode::PlannerNode(Bus& bus, const PlannerSettings& settings)
     : settings_(settings),
       endpoint_(bus, "vog-planner", settings.run_id),
       explorer_(settings.planner, settings.exploration, settings.sonar, settings.mission),
-      map_(settings.submap.voxel_size_m, SensorModel(settings.sensor_model)),
+      map_(MakeSubmapMap(settings.map.method, settings.submap.voxel_size_m,
+                         SensorModel(settings.sensor_model))),
       open_(settings.submap.voxel_size_m, settings.sensor_model),
       standard_map_(settings.submap.voxel_size_m, settings.sensor_model),
       receiver_(endpoint_,
@@ -82,7 +85,7 @@ PlannerNode::PlannerNode(Bus& bus, const PlannerSettings& settings)
     if (pose_version_ != poses_version_) AskForPoses(endpoint_, newest_pose_);
   });
   endpoint_.ReportStatus([this](auto& counters) {
-    counters["submaps"] = map_.size();
+    counters["submaps"] = map_->size();
     counters["scans_dropped"] = synchronizer_.dropped();
     counters["leaps"] = leaps_;
     return receiver_.IsComplete() ? "ok" : "waiting for submaps";
@@ -93,16 +96,16 @@ void PlannerNode::OnSubmap(const SubmapPtr& submap) {
   open_.ForgetUpTo(submap->last_scan);
   const SubmapId id = submap->id();
   if (const auto told = X_WM_.find(id); told != X_WM_.end()) {
-    map_.Place(submap, told->second);
-  } else if (map_.Has(id - 1)) {
-    map_.Place(submap, map_.X_WM(id - 1) * submap->base.edge.X_PM);
+    map_->Place(submap, told->second);
+  } else if (map_->Has(id - 1)) {
+    map_->Place(submap, map_->X_WM(id - 1) * submap->base.edge.X_PM);
   } else {
-    map_.Place(submap, submap->base.odometry.X_OB);  // Until SLAM tells better.
+    map_->Place(submap, submap->base.odometry.X_OB);  // Until SLAM tells better.
   }
 }
 
 void PlannerNode::OnReset() {
-  for (const SubmapId id : map_.ids()) map_.Remove(id);
+  for (const SubmapId id : map_->ids()) map_->Remove(id);
 }
 
 void PlannerNode::OnSubmapPoses(const submap_poses_t& message) {
@@ -120,8 +123,8 @@ void PlannerNode::OnSubmapPoses(const submap_poses_t& message) {
     X_WM_[message.submap_id[i]] = *X_WM;
     sigmas_m.emplace_back(message.submap_id[i], message.sigma_xy_m[i]);
   }
-  map_.Move({X_WM_.begin(), X_WM_.end()});
-  map_.SetSigmas(sigmas_m);
+  map_->Move({X_WM_.begin(), X_WM_.end()});
+  map_->SetSigmas(sigmas_m);
 }
 
 void PlannerNode::OnScan(const scan_t& message) {
@@ -166,8 +169,8 @@ void PlannerNode::AddToOpen(const RegisteredScan& registered) {
 
 void PlannerNode::ShowOpen(const Pose3& X_WO, std::int64_t segment) {
   const bool is_shown = open_.grid() != nullptr && open_.base().segment == segment;
-  map_.SetOpen(is_shown ? open_.grid() : nullptr,
-               is_shown ? X_WO * open_.base().X_OB : Pose3::Identity());
+  map_->SetOpen(is_shown ? open_.grid() : nullptr,
+                is_shown ? X_WO * open_.base().X_OB : Pose3::Identity());
 }
 
 void PlannerNode::OnPose(const pose_estimate_t& message) {
@@ -183,12 +186,12 @@ void PlannerNode::OnPose(const pose_estimate_t& message) {
   if (!receiver_.IsComplete() || is_complete_) return;
   if (!has_start_) {
     // Who comes late knows the start from the first submap.
-    explorer_.SetStart(map_.Has(0) ? map_.X_WM(0).translation() : X_WB->translation());
+    explorer_.SetStart(map_->Has(0) ? map_->X_WM(0).translation() : X_WB->translation());
     has_start_ = true;
   }
   ShowOpen(*X_WO, message.segment);
   const Mat3 since = MatrixFrom<3>(message.covariance_xyyaw);
-  map_.SetSigmaSince(std::sqrt(std::max({0.0, since(0, 0), since(1, 1)})));
+  map_->SetSigmaSince(std::sqrt(std::max({0.0, since(0, 0), since(1, 1)})));
   const ExplorerState before = explorer_.state();
   const Plan* plan =
       explorer_.Update(planning_map(), UsesStandardMap() ? X_WO->inverse() * *X_WB : *X_WB,
@@ -200,7 +203,7 @@ void PlannerNode::OnPose(const pose_estimate_t& message) {
 
 const OccupancyMap& PlannerNode::planning_map() const {
   if (UsesStandardMap()) return standard_map_;
-  return map_;
+  return *map_;
 }
 
 void PlannerNode::MeasureExplored() {

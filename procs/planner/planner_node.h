@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -13,7 +14,8 @@
 #include "lib/scan/scan_synchronizer.h"
 #include "lib/submap/open_submap.h"
 #include "lib/submap/submap_builder.h"
-#include "lib/vogmap/vog_map.h"
+#include "lib/vogmap/map_options.h"
+#include "lib/vogmap/submap_map.h"
 
 namespace vog {
 
@@ -24,6 +26,7 @@ struct PlannerSettings {
   SonarOptions sonar;
   SubmapOptions submap;
   SensorModelOptions sensor_model;
+  MapOptions map;
   std::int64_t run_id = 0;
 
   static PlannerSettings From(const Config& config);
@@ -56,7 +59,7 @@ class PlannerNode {
   Endpoint endpoint_;
   Explorer explorer_;
   ScanSynchronizer synchronizer_;
-  VogMap map_;
+  std::unique_ptr<SubmapMap> map_;
   OpenSubmap open_;
   StandardMap standard_map_;
   std::map<SubmapId, Pose3> X_WM_;  // Newest poses from SLAM.

@@ -48,6 +48,25 @@ class PlannerNodeTest : public testing::Test {
       EXPECT_LT(p_W.y(), 2.5 - half_m + 0.15);
     }
   }
+  /// Runs a planner with `twin_settings` beside the one under test.
+  void ExpectEqualPlansOfTwin(const PlannerSettings& twin_settings) {
+    Start();
+    ProcessBus twin_bus(bench_.queue, "twin", 1);
+    const PlannerNode twin(twin_bus, twin_settings);
+    vehicle_.Drive(2 * kScansPerSubmap);
+    std::map<std::int64_t, std::map<std::int64_t, plan_t>> plans;  // By epoch and id.
+    for (const plan_t& plan : bench_.Said(outputs::kPlan))
+      plans[plan.header.epoch].emplace(plan.plan_id, plan);
+    ASSERT_EQ(plans.size(), 2u);
+    const auto& a = plans.begin()->second;
+    const auto& b = plans.rbegin()->second;
+    ASSERT_EQ(a.size(), b.size());
+    for (const auto& [id, plan] : a) {
+      plan_t other = b.at(id);
+      other.header = plan.header;
+      EXPECT_EQ(Encode(other), Encode(plan)) << id;
+    }
+  }
   std::vector<map_request_t> RequestsOfPlanner() const {
     std::vector<map_request_t> requests;
     for (const map_request_t& request : bench_.Said(outputs::kMapRequest))
@@ -179,23 +198,26 @@ TEST_F(PlannerNodeTest, StandardModePlansInTheOdometrysWorld) {
   EXPECT_GT(bench_.Last(outputs::kMissionStatus).explored_m3, 1);
 }
 
-TEST_F(PlannerNodeTest, EqualInputsGiveEqualPlans) {
-  Start();
-  ProcessBus twin_bus(bench_.queue, "twin", 1);
-  PlannerSettings twin_settings = settings_;
-  const PlannerNode twin(twin_bus, twin_settings);
-  vehicle_.Drive(2 * kScansPerSubmap);
-  std::map<std::int64_t, std::map<std::int64_t, plan_t>> plans;  // By epoch and id.
-  for (const plan_t& plan : bench_.Said(outputs::kPlan))
-    plans[plan.header.epoch].emplace(plan.plan_id, plan);
-  ASSERT_EQ(plans.size(), 2u);
-  const auto& a = plans.begin()->second;
-  const auto& b = plans.rbegin()->second;
-  ASSERT_EQ(a.size(), b.size());
-  for (const auto& [id, plan] : a) {
-    plan_t other = b.at(id);
-    other.header = plan.header;
-    EXPECT_EQ(Encode(other), Encode(plan)) << id;
+TEST_F(PlannerNodeTest, EqualInputsGiveEqualPlans) { ExpectEqualPlansOfTwin(settings_); }
+
+TEST_F(PlannerNodeTest, PlansDoNotDependOnWhatTheMapRemembers) {
+  PlannerSettings direct = settings_;
+  direct.map.method = MapMethod::kDirect;
+  ExpectEqualPlansOfTwin(direct);
+}
+
+TEST_F(PlannerNodeTest, PlansOnEveryKindOfMap) {
+  for (const auto& [method, name] : MapMethodNames()) {
+    settings_.map.method = method;
+    Start();
+    bench_.Forget();
+    vehicle_.Drive(kScansPerSubmap);
+    bench_.RunFor(std::chrono::seconds(2));
+    vehicle_.Drive(1);
+    ASSERT_FALSE(bench_.Said(outputs::kPlan).empty()) << name;
+    EXPECT_EQ(bench_.Last(outputs::kPlan).header.epoch, epoch_) << name;
+    ExpectSound(bench_.Last(outputs::kPlan));
+    EXPECT_GT(bench_.Last(outputs::kMissionStatus).explored_m3, 1) << name;
   }
 }
 

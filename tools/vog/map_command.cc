@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "lib/base/log.h"
-#include "lib/baselines/algorithm1.h"
+#include "lib/baselines/make_submap_map.h"
 #include "lib/occupancy/ray_answers.h"
 #include "tools/map/map_bench.h"
 #include "tools/map/map_export.h"
@@ -26,6 +26,27 @@ StoredMap Load(const std::string& folder) {
   LoadedMap loaded = LoadMapFolder(folder);
   for (const std::string& fault : loaded.faults) LogLine(fault);
   return std::move(loaded.map);
+}
+
+std::unique_ptr<SubmapMap> MakeMap(const StoredMap& stored, MapMethod method) {
+  auto map = MakeSubmapMap(method, stored.voxel_size_m, SensorModel(stored.sensor_model));
+  for (const SubmapPtr& submap : stored.submaps) map->Place(submap, stored.X_WM.at(submap->id()));
+  return map;
+}
+
+/// Only remembered answers are those of voxels; the other maps are asked at the places themselves.
+bool AnswersVoxels(MapMethod method) { return method == MapMethod::kCached; }
+
+void AddMethod(CLI::App& command, MapMethod& method) {
+  std::map<std::string, MapMethod> methods;
+  for (const auto& [value, name] : MapMethodNames()) methods[name] = value;
+  command
+      .add_option("--method", method,
+                  "cached: eq. 5 at the centres of voxels; at the places themselves: direct (eq. "
+                  "5), algorithm1 (clamps each addition), incremental_merge (one global grid)")
+      ->transform(CLI::CheckedTransformer(methods).description(""))
+      ->type_name("METHOD")
+      ->default_str(NameOf(MapMethodNames(), method));
 }
 
 const char* NameOf(VoxelState state) {
@@ -156,7 +177,8 @@ void AddInfo(CLI::App& map) {
 // --- query ---
 
 struct QueryArguments {
-  std::string map, points = "-", method = "cached";
+  std::string map, points = "-";
+  MapMethod method = MapMethod::kCached;
   bool json = false;
 };
 
@@ -204,20 +226,20 @@ void PrintPlaces(const OccupancyMap& map, const std::vector<Vec3>& points_W,
 }
 
 void Query(const QueryArguments& arguments) {
-  const VogMap map = ToVogMap(Load(arguments.map));
+  const auto map = MakeMap(Load(arguments.map), arguments.method);
   std::vector<Vec3> points_W = ReadPoints(arguments.points);
   std::vector<float> log_odds(points_W.size());
-  if (arguments.method == "direct") {
-    map.LogOddsAt(points_W, log_odds);
-  } else {
+  if (AnswersVoxels(arguments.method)) {
     std::vector<VoxelKey> voxels;
     for (Vec3& p : points_W) {
-      voxels.push_back(map.grid().KeyOf(p));
-      p = map.grid().CenterOf(voxels.back());
+      voxels.push_back(map->grid().KeyOf(p));
+      p = map->grid().CenterOf(voxels.back());
     }
-    map.LogOddsOf(voxels, log_odds);
+    map->LogOddsOf(voxels, log_odds);
+  } else {
+    map->LogOddsAt(points_W, log_odds);
   }
-  PrintPlaces(map, points_W, log_odds, arguments.json);
+  PrintPlaces(*map, points_W, log_odds, arguments.json);
 }
 
 void AddQuery(CLI::App& map) {
@@ -229,12 +251,7 @@ void AddQuery(CLI::App& map) {
   command
       ->add_option("--points", arguments->points, "file with lines x y z, or - for standard input")
       ->capture_default_str();
-  command
-      ->add_option(
-          "--method", arguments->method,
-          "direct: eq. 5 at the point; cached: at the centre of its voxel, which is printed")
-      ->check(CLI::IsMember({"direct", "cached"}))
-      ->capture_default_str();
+  AddMethod(*command, arguments->method);
   command->add_flag("--json", arguments->json, "print JSON");
   command->callback([arguments] { Query(*arguments); });
 }
@@ -242,7 +259,8 @@ void AddQuery(CLI::App& map) {
 // --- raycast ---
 
 struct RaycastArguments {
-  std::string map, method = "cached";
+  std::string map;
+  MapMethod method = MapMethod::kCached;
   std::vector<double> origin, direction;
   double range_m = 10;
   bool json = false;
@@ -253,23 +271,13 @@ void Raycast(const RaycastArguments& arguments) {
   const Vec3 direction = Eigen::Map<const Vec3>(arguments.direction.data());
   if (!(direction.norm() > 1e-9)) throw UsageError("--direction must not be zero");
   const Vec3 direction_W = direction.normalized();
-  const StoredMap stored = Load(arguments.map);
-  const VogMap map = ToVogMap(stored);
-  RayAnswers answer;
-  if (arguments.method == "cached") {
-    answer = AnswersInVoxels(map, origin_W, direction_W, arguments.range_m);
-  } else if (arguments.method == "direct") {
-    answer = AnswersAtSteps(map, origin_W, direction_W, arguments.range_m);
-  } else {
-    Algorithm1Map algorithm1(stored.voxel_size_m, SensorModel(stored.sensor_model));
-    for (const SubmapPtr& submap : stored.submaps)
-      algorithm1.Place(submap, stored.X_WM.at(submap->id()));
-    answer = AnswersAtSteps(algorithm1, origin_W, direction_W, arguments.range_m);
-  }
-  const bool is_hit = !answer.log_odds.empty() && map.IsOccupied(answer.log_odds.back());
+  const auto map = MakeMap(Load(arguments.map), arguments.method);
+  const auto ask = AnswersVoxels(arguments.method) ? AnswersInVoxels : AnswersAtSteps;
+  const RayAnswers answer = ask(*map, origin_W, direction_W, arguments.range_m);
+  const bool is_hit = !answer.log_odds.empty() && map->IsOccupied(answer.log_odds.back());
   const double hit_m = is_hit ? (answer.points_W.back() - origin_W).norm() : 0;
   if (!arguments.json) {
-    PrintPlaces(map, answer.points_W, answer.log_odds, false);
+    PrintPlaces(*map, answer.points_W, answer.log_odds, false);
     if (is_hit) {
       std::printf("# hit after %.4g m\n", hit_m);
     } else {
@@ -280,7 +288,7 @@ void Raycast(const RaycastArguments& arguments) {
   Json json = {{"hit", is_hit}, {"range_m", is_hit ? Json(hit_m) : Json(nullptr)}};
   for (std::size_t i = 0; i < answer.points_W.size(); ++i)
     json["ray"].push_back({{"p_W_m", VectorJson(answer.points_W[i])},
-                           {"state", NameOf(map.StateOf(answer.log_odds[i]))},
+                           {"state", NameOf(map->StateOf(answer.log_odds[i]))},
                            {"log_odds", LogOddsJson(answer.log_odds[i])}});
   std::printf("%s\n", json.dump(1).c_str());
 }
@@ -296,11 +304,7 @@ void AddRaycast(CLI::App& map) {
   command->add_option("--range", arguments->range_m, "how far [m]")
       ->check(CLI::Range(0.0, 1e4))
       ->required();
-  command
-      ->add_option("--method", arguments->method,
-                   "cached: the voxels on the ray; direct, algorithm1: steps of a voxel's side")
-      ->check(CLI::IsMember({"direct", "cached", "algorithm1"}))
-      ->capture_default_str();
+  AddMethod(*command, arguments->method);
   command->add_flag("--json", arguments->json, "print JSON");
   command->callback([arguments] { Raycast(*arguments); });
 }

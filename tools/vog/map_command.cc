@@ -37,14 +37,18 @@ std::unique_ptr<SubmapMap> MakeMap(const StoredMap& stored, MapMethod method) {
 /// Only remembered answers are those of voxels; the other maps are asked at the places themselves.
 bool AnswersVoxels(MapMethod method) { return method == MapMethod::kCached; }
 
-void AddMethod(CLI::App& command, MapMethod& method) {
+std::map<std::string, MapMethod> MethodsByName() {
   std::map<std::string, MapMethod> methods;
   for (const auto& [value, name] : MapMethodNames()) methods[name] = value;
+  return methods;
+}
+
+void AddMethod(CLI::App& command, MapMethod& method) {
   command
       .add_option("--method", method,
                   "cached: eq. 5 at the centres of voxels; at the places themselves: direct (eq. "
                   "5), algorithm1 (clamps each addition), incremental_merge (one global grid)")
-      ->transform(CLI::CheckedTransformer(methods).description(""))
+      ->transform(CLI::CheckedTransformer(MethodsByName()).description(""))
       ->type_name("METHOD")
       ->default_str(NameOf(MapMethodNames(), method));
 }
@@ -343,7 +347,8 @@ void AddBench(CLI::App& map) {
       "  insert      million beams a second that become a submap, here and in OctoMap\n"
       "  KB          of a submap in memory, here and as OctoMap's octree\n"
       "  collision   the vehicle's box against the map at a random pose; its reads alone\n"
-      "Differences end the program with status 1.");
+      "~ marks times of a step that are scaled from a sample of its rays. Differences end the\n"
+      "program with status 1.");
   const auto options = std::make_shared<BenchOptions>();
   command->add_option("--submaps", options->submaps, "sizes of the map, N,N,...")
       ->delimiter(',')
@@ -358,13 +363,11 @@ void AddBench(CLI::App& map) {
       ->default_str("tank");
   command->add_option("--seed", options->seed, "of ways, noise and questions")
       ->capture_default_str();
-  std::map<std::string, MapMethod> methods;
-  for (const auto& [value, name] : MapMethodNames()) methods[name] = value;
   command
       ->add_option("--methods", options->methods,
                    "cached, direct, algorithm1, incremental_merge; all by default")
       ->delimiter(',')
-      ->transform(CLI::CheckedTransformer(methods).description(""))
+      ->transform(CLI::CheckedTransformer(MethodsByName()).description(""))
       ->type_name("METHOD,...");
   command->add_option("--checks", options->checks, "answers to compare before measuring")
       ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 40))

@@ -9,6 +9,7 @@
 #include "lib/base/log.h"
 #include "lib/baselines/make_submap_map.h"
 #include "lib/occupancy/ray_answers.h"
+#include "tools/map/map_bench.h"
 #include "tools/map/map_export.h"
 #include "tools/map/map_import.h"
 #include "tools/mission/replay.h"
@@ -35,20 +36,19 @@ std::unique_ptr<SubmapMap> MakeMap(const StoredMap& stored, MapMethod method) {
 /// Only remembered answers are those of voxels; the other maps are asked at the places themselves.
 bool AnswersVoxels(MapMethod method) { return method == MapMethod::kCached; }
 
+std::map<std::string, MapMethod> MethodsByName() {
+  std::map<std::string, MapMethod> methods;
+  for (const auto& [value, name] : MapMethodNames()) methods[name] = value;
+  return methods;
+}
+
 void AddMethod(CLI::App& command, MapMethod& method) {
-  std::vector<std::string> names;
-  for (const auto& [value, name] : MapMethodNames()) names.push_back(name);
-  const auto choose = [&method](const std::string& chosen) {
-    for (const auto& [value, name] : MapMethodNames()) {
-      if (name == chosen) method = value;
-    }
-  };
   command
-      .add_option_function<std::string>(
-          "--method", choose,
-          "cached: eq. 5 at the centres of voxels; at the places themselves: direct (eq. 5), "
-          "algorithm1 (clamps each addition), incremental_merge (one global grid)")
-      ->check(CLI::IsMember(names))
+      .add_option("--method", method,
+                  "cached: eq. 5 at the centres of voxels; at the places themselves: direct (eq. "
+                  "5), algorithm1 (clamps each addition), incremental_merge (one global grid)")
+      ->transform(CLI::CheckedTransformer(MethodsByName()).description(""))
+      ->type_name("METHOD")
       ->default_str(NameOf(MapMethodNames(), method));
 }
 
@@ -326,6 +326,55 @@ void AddExport(CLI::App& map) {
   command->callback([arguments] { ExportMap(ToVogMap(Load(arguments->map)), arguments->out); });
 }
 
+// --- bench ---
+
+void AddBench(CLI::App& map) {
+  auto* command = map.add_subcommand(
+      "bench",
+      "Measure this map beside other ways to answer, on submaps that it makes from a seed.\n"
+      "\n"
+      "Each submap holds 100 sonar scans of a short way through the free water of a scene. First\n"
+      "answers are compared bit for bit with eq. 5 over a random history of the map; then one\n"
+      "thread measures, and the median of some repeats is told:\n"
+      "  overlap     submaps that know a place, on the average\n"
+      "  search      OctoMap finds a voxel in one submap's octree: the yardstick\n"
+      "  query       a random known voxel, of many asked for together\n"
+      "  ray         5 m, or up to the first occupied voxel\n"
+      "  step        15 views of 96 such rays, as the planner counts unknown voxels\n"
+      "  all moved   moving all submaps a little, and the step after it\n"
+      "  10 moved    the same for 10 of them\n"
+      "  insert      million beams a second that become a submap, here and in OctoMap\n"
+      "  KB          of a submap in memory, here and as OctoMap's octree\n"
+      "  collision   the vehicle's box against the map at a random pose; its reads alone\n"
+      "~ marks times of a step that are scaled from a sample of its rays. Differences end the\n"
+      "program with status 1.");
+  const auto options = std::make_shared<BenchOptions>();
+  command->add_option("--submaps", options->submaps, "sizes of the map, N,N,...")
+      ->delimiter(',')
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+  command->add_option("--scene", options->scene, "tank or propeller")
+      ->transform(CLI::CheckedTransformer(
+                      std::map<std::string, SceneKind>{{"tank", SceneKind::kTank},
+                                                       {"propeller", SceneKind::kPropeller}})
+                      .description(""))
+      ->type_name("SCENE")
+      ->default_str("tank");
+  command->add_option("--seed", options->seed, "of ways, noise and questions")
+      ->capture_default_str();
+  command
+      ->add_option("--methods", options->methods,
+                   "cached, direct, algorithm1, incremental_merge; all by default")
+      ->delimiter(',')
+      ->transform(CLI::CheckedTransformer(MethodsByName()).description(""))
+      ->type_name("METHOD,...");
+  command->add_option("--checks", options->checks, "answers to compare before measuring")
+      ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 40))
+      ->capture_default_str();
+  command->add_flag("--json", options->json, "print JSON");
+  command->callback([options] { BenchMaps(*options); });
+}
+
 }  // namespace
 
 void AddMapCommand(CLI::App& app) {
@@ -336,6 +385,7 @@ void AddMapCommand(CLI::App& app) {
   AddQuery(*map);
   AddRaycast(*map);
   AddExport(*map);
+  AddBench(*map);
 }
 
 }  // namespace vog

@@ -1,0 +1,165 @@
+#include "tools/map/bench_method.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "lib/baselines/make_submap_map.h"
+#include "lib/collision/collision_checker.h"
+#include "lib/planner/planner_options.h"
+#include "tools/map/bench_clock.h"
+
+namespace vog {
+namespace {
+
+constexpr int kRepeats = 5, kClosures = 3;
+constexpr double kNanosecond = 1e-9, kMicrosecond = 1e-6, kMillisecond = 1e-3;
+
+/// Notes the boxes of voxels that are read.
+class BoxNotes final : public OccupancyMap {
+ public:
+  explicit BoxNotes(double voxel_size_m) : OccupancyMap(voxel_size_m, 0) {}
+
+  const std::vector<VoxelBox>& boxes() const { return boxes_; }
+
+  void LogOddsAt(std::span<const Vec3>, std::span<float>) const override {}
+  void LogOddsOf(std::span<const VoxelKey>, std::span<float>) const override {}
+  void LogOddsIn(const VoxelBox& box, std::vector<float>& log_odds) const override {
+    boxes_.push_back(box);
+    log_odds.assign(box.count(), kUnknownLogOdds);
+  }
+  void CastRay(const Vec3&, const Vec3&, double, std::vector<RayVoxel>&) const override {}
+  std::int64_t revision() const override { return 0; }
+
+ private:
+  mutable std::vector<VoxelBox> boxes_;
+};
+
+/// One method on one map.
+class MethodBench {
+ public:
+  MethodBench(const BenchMethod& method, const BenchScene& scene,
+              std::span<const BenchSubmap> submaps, const BenchWorkload& workload)
+      : scene_(scene), submaps_(submaps), workload_(workload), method_(method) {
+    map_ = MakeSubmapMap(method.method, scene.voxel_size_m(), SensorModel(SensorModelOptions{}));
+    for (const auto& [submap, X_WM] : submaps) map_->Place(submap, X_WM);
+    ChooseStepRays();
+  }
+
+  MethodFigures Measure() {
+    const int all = static_cast<int>(submaps_.size());
+    MethodFigures figures;
+    figures.query_ns = Query_s() / kNanosecond;
+    figures.ray_5m_ns = Ray_s() / kNanosecond;
+    figures.planning_step_ms = WarmStep_s() / kMillisecond;
+    figures.planning_step_after_closure_ms = StepAfterMoving_s(all) / kMillisecond;
+    figures.planning_step_after_10_moved_ms = StepAfterMoving_s(std::min(10, all)) / kMillisecond;
+    figures.planning_step_rays = step_rays_.size();
+    MeasureCollisions(figures);
+    return figures;
+  }
+
+ private:
+  // Reads of voxels, about.
+  static constexpr double kReadsOfRay = 50, kReadsOfPose = 4000;
+
+  /// How many of `count` items a measurement takes: fewer where each read asks every submap, so
+  /// that it is done before long.
+  std::size_t Affordable(std::size_t count, double reads_each) const {
+    constexpr double kLookUps = 1.2e7;
+    constexpr std::size_t kLeast = 3;
+    if (method_.remembers) return count;
+    const double affordable = kLookUps / (reads_each * static_cast<double>(submaps_.size()));
+    return std::clamp(static_cast<std::size_t>(affordable), std::min(count, kLeast), count);
+  }
+
+  void ChooseStepRays() {
+    const auto& all = workload_.step_rays;
+    const std::size_t count = Affordable(all.size(), kReadsOfRay);
+    for (std::size_t i = 0; i < count; ++i) step_rays_.push_back(all[all.size() * i / count]);
+  }
+
+  double Query_s() const {
+    const std::span<const VoxelKey> voxels(workload_.known_voxels.data(),
+                                           Affordable(workload_.known_voxels.size(), 1));
+    std::vector<float> log_odds(voxels.size());
+    const auto query = [&] { map_->LogOddsOf(voxels, log_odds); };
+    query();
+    return MedianSeconds(kRepeats, query) / static_cast<double>(voxels.size());
+  }
+
+  double Ray_s() const {
+    const std::span<const BenchRay> rays(workload_.rays.data(),
+                                         Affordable(workload_.rays.size(), kReadsOfRay));
+    CountUnknown(*map_, rays);
+    return MedianSeconds(kRepeats, [&] { CountUnknown(*map_, rays); }) /
+           static_cast<double>(rays.size());
+  }
+
+  /// A planning step; where some of its rays stand for all, their time does too.
+  double Step_s() const {
+    return SecondsOf([&] { CountUnknown(*map_, step_rays_); }) *
+           static_cast<double>(workload_.step_rays.size()) / static_cast<double>(step_rays_.size());
+  }
+
+  double WarmStep_s() const {
+    Step_s();
+    return MedianOf(kRepeats, [&] { return Step_s(); });
+  }
+
+  /// Moving counts too: some methods do their work then, others when they are asked.
+  double StepAfterMoving_s(int count) {
+    return MedianOf(kClosures, [&] {
+      const PosesWM poses = CorrectedPoses(scene_, submaps_, count, round_++);
+      Step_s();
+      const double move_s = SecondsOf([&] { map_->Move(poses); });
+      return move_s + Step_s();
+    });
+  }
+
+  void MeasureCollisions(MethodFigures& figures) const {
+    const CollisionChecker checker(PlannerOptions{}.collision_rules());
+    const std::span<const Waypoint> poses(workload_.poses.data(),
+                                          Affordable(workload_.poses.size(), kReadsOfPose));
+    BoxNotes notes(scene_.voxel_size_m());
+    for (const Waypoint& pose : poses) checker.IsFree(notes, pose);
+    const auto check = [&] {
+      for (const Waypoint& pose : poses) checker.IsFree(*map_, pose);
+    };
+    std::vector<float> log_odds;
+    const auto read = [&] {
+      for (const VoxelBox& box : notes.boxes()) map_->LogOddsIn(box, log_odds);
+    };
+    check();
+    const double count = static_cast<double>(poses.size());
+    figures.collision_us = MedianSeconds(kRepeats, check) / count / kMicrosecond;
+    figures.collision_broad_us = MedianSeconds(kRepeats, read) / count / kMicrosecond;
+  }
+
+  const BenchScene& scene_;
+  std::span<const BenchSubmap> submaps_;
+  const BenchWorkload& workload_;
+  const BenchMethod& method_;
+  std::unique_ptr<SubmapMap> map_;
+  std::vector<BenchRay> step_rays_;
+  int round_ = 0;
+};
+
+}  // namespace
+
+const std::vector<BenchMethod>& AllBenchMethods() {
+  constexpr int kAnySize = std::numeric_limits<int>::max();
+  // An octree takes some 0.5 MB.
+  constexpr int kOctrees = 2000;
+  static const std::vector<BenchMethod> methods = {{MapMethod::kCached, true, kAnySize},
+                                                   {MapMethod::kDirect, false, kAnySize},
+                                                   {MapMethod::kAlgorithm1, false, kOctrees},
+                                                   {MapMethod::kIncrementalMerge, true, kAnySize}};
+  return methods;
+}
+
+MethodFigures MeasureMethod(const BenchMethod& method, const BenchScene& scene,
+                            std::span<const BenchSubmap> submaps, const BenchWorkload& workload) {
+  return MethodBench(method, scene, submaps, workload).Measure();
+}
+
+}  // namespace vog

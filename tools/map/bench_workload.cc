@@ -1,0 +1,120 @@
+#include "tools/map/bench_workload.h"
+
+#include <algorithm>
+
+namespace vog {
+namespace {
+
+template <class T>
+void Shuffle(std::vector<T>& values, Random& random) {
+  for (int i = static_cast<int>(values.size()) - 1; i > 0; --i)
+    std::swap(values[i], values[random.Index(i + 1)]);
+}
+
+Vec3 RandomDirection(Random& random) { return random.GaussianVector(Vec3::Ones()).normalized(); }
+
+std::vector<VoxelKey> KnownVoxels(const BenchScene& scene, std::span<const BenchSubmap> submaps) {
+  constexpr int kVoxels = 100'000, kSources = 100;
+  const VoxelGrid grid(scene.voxel_size_m());
+  Random random(scene.seed(), "bench known voxels");
+  std::vector<VoxelKey> voxels;
+  for (int source = 0; source < kSources; ++source) {
+    const auto& [submap, X_WM] = submaps[random.Index(static_cast<int>(submaps.size()))];
+    for (const Vec3& p_M : KnownPlaces_M(submap->grid, kVoxels / kSources, random))
+      voxels.push_back(grid.KeyOf(X_WM * p_M));
+  }
+  Shuffle(voxels, random);
+  return voxels;
+}
+
+std::vector<BenchRay> RandomRays(const BenchScene& scene) {
+  constexpr int kRays = 2000;
+  Random random(scene.seed(), "bench rays");
+  std::vector<BenchRay> rays;
+  while (rays.size() < kRays)
+    rays.push_back({scene.FreePose(random).position_W_m, RandomDirection(random)});
+  return rays;
+}
+
+/// The rays of a view, spread over the fan and its sweep.
+std::vector<BenchRay> ViewRays(const SonarOptions& sonar, const Pose3& X_WB) {
+  constexpr int kTilts = 8, kBearings = kViewRays / kTilts;
+  const double fan_rad = ToRadians(sonar.fov_deg), sweep_rad = ToRadians(sonar.tilt_amplitude_deg);
+  std::vector<BenchRay> rays;
+  for (int t = 0; t < kTilts; ++t) {
+    const Pose3 X_WS = X_WB * SonarPose(sonar, sweep_rad * (2.0 * t / (kTilts - 1) - 1));
+    for (int b = 0; b < kBearings; ++b)
+      rays.push_back({X_WS.translation(),
+                      X_WS.linear() * BeamDirection(fan_rad * (1.0 * b / (kBearings - 1) - 0.5))});
+  }
+  return rays;
+}
+
+std::vector<BenchRay> StepRays(const BenchScene& scene) {
+  Random random(scene.seed(), "bench views");
+  std::vector<BenchRay> rays;
+  for (int view = 0; view < kStepViews; ++view) {
+    const auto more = ViewRays(scene.sonar(), scene.FreePose(random).X_WB());
+    rays.insert(rays.end(), more.begin(), more.end());
+  }
+  return rays;
+}
+
+std::vector<Waypoint> RandomPoses(const BenchScene& scene) {
+  constexpr int kPoses = 200;
+  Random random(scene.seed(), "bench collisions");
+  std::vector<Waypoint> poses;
+  while (poses.size() < kPoses) poses.push_back(scene.AnyPose(random));
+  return poses;
+}
+
+}  // namespace
+
+BenchWorkload MakeWorkload(const BenchScene& scene, std::span<const BenchSubmap> submaps) {
+  return {KnownVoxels(scene, submaps), RandomRays(scene), StepRays(scene), RandomPoses(scene)};
+}
+
+std::vector<Vec3> KnownPlaces_M(const BrickGrid& grid, int count, Random& random) {
+  std::vector<VoxelKey> known;
+  grid.ForEach([&](const VoxelKey& key, LogOddsUnits) { known.push_back(key); });
+  std::vector<Vec3> places_M;
+  for (int i = 0; i < count; ++i)
+    places_M.push_back(grid.grid().CenterOf(known[random.Index(static_cast<int>(known.size()))]));
+  return places_M;
+}
+
+PosesWM CorrectedPoses(const BenchScene& scene, std::span<const BenchSubmap> submaps, int count,
+                       int round) {
+  Random random(scene.seed(), "bench corrections", round);
+  PosesWM poses;
+  for (int i = 0; i < count; ++i) {
+    const auto& [submap, X_WM] = submaps[submaps.size() * i / count];
+    poses.emplace_back(submap->id(), Nudged(X_WM, random));
+  }
+  return poses;
+}
+
+double OverlapAt(std::span<const BenchSubmap> submaps, const VoxelGrid& grid,
+                 std::span<const VoxelKey> voxels) {
+  std::size_t knowing = 0;
+  for (const auto& [submap, X_WM] : submaps) {
+    const Pose3 X_MW = X_WM.inverse();
+    for (const VoxelKey& voxel : voxels)
+      knowing += submap->grid.Get(grid.KeyOf(X_MW * grid.CenterOf(voxel))) != kUnknownUnits;
+  }
+  return static_cast<double>(knowing) / static_cast<double>(voxels.size());
+}
+
+std::size_t CountUnknown(const OccupancyMap& map, std::span<const BenchRay> rays) {
+  std::size_t unknown = 0;
+  std::vector<RayVoxel> voxels;
+  for (const BenchRay& ray : rays) {
+    map.CastRay(ray.origin_W, ray.direction_W, kRayLength_m, voxels);
+    unknown += static_cast<std::size_t>(
+        std::count_if(voxels.begin(), voxels.end(),
+                      [](const RayVoxel& voxel) { return !IsKnown(voxel.log_odds); }));
+  }
+  return unknown;
+}
+
+}  // namespace vog

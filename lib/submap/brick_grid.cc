@@ -12,6 +12,31 @@ constexpr double kMaxTable = 1u << 26;
 
 }  // namespace
 
+std::optional<BrickGrid> BrickGrid::Borrow(double voxel_size_m, const Parts& parts,
+                                           const std::shared_ptr<const void>& lender) {
+  static_assert(sizeof(Brick) == kBrickVoxels && alignof(Brick) == 1);
+  const auto& [origin, size, table, values] = parts;
+  const auto fits = [](std::int32_t first, std::uint32_t count) {
+    constexpr std::int64_t kEnd = std::int64_t{1} << (31 - kBrickBits);
+    return first >= -kEnd && first + std::int64_t{count} <= kEnd;
+  };
+  if (double{1} * size[0] * size[1] * size[2] != static_cast<double>(table.size()) ||
+      static_cast<double>(table.size()) > kMaxTable || values.size() % kBrickVoxels != 0 ||
+      !fits(origin.x, size[0]) || !fits(origin.y, size[1]) || !fits(origin.z, size[2]))
+    return std::nullopt;
+  const std::size_t bricks = values.size() / kBrickVoxels;
+  // Without a branch in the loop, which millions of entries may pass.
+  std::size_t strangers = 0;
+  for (const std::uint16_t brick : table) strangers += brick >= bricks && brick != kNoBrick;
+  if (strangers > 0 || bricks > kNoBrick) return std::nullopt;
+  BrickGrid grid(voxel_size_m);
+  grid.origin_ = origin;
+  grid.size_ = size;
+  grid.table_ = {table, lender};
+  grid.bricks_ = {{reinterpret_cast<const Brick*>(values.data()), bricks}, lender};
+  return grid;
+}
+
 void BrickGrid::GrowTo(const VoxelKey& brick) {
   const bool empty = table_.empty();
   const auto end = [&](int axis, std::int32_t origin) {

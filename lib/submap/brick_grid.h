@@ -2,9 +2,13 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "lib/geometry/voxel_grid.h"
+#include "lib/submap/lendable_vector.h"
 #include "lib/submap/sensor_model.h"
 
 namespace vog {
@@ -18,7 +22,23 @@ class BrickGrid {
   static constexpr std::int32_t kBrickSide = 1 << kBrickBits;
   static constexpr int kBrickVoxels = kBrickSide * kBrickSide * kBrickSide;
 
+  /// What the table says of a brick that was never written to.
+  static constexpr std::uint16_t kNoBrick = 0xffff;
+
   explicit BrickGrid(double voxel_size_m) : grid_(voxel_size_m) {}
+
+  /// A table over `size` bricks from `origin` on (in bricks), x fastest, and the bricks' voxels.
+  struct Parts {
+    VoxelKey origin;
+    std::array<std::uint32_t, 3> size = {0, 0, 0};
+    std::span<const std::uint16_t> table;
+    std::span<const LogOddsUnits> values;
+  };
+  /// A grid that reads `parts` where they lie, kept alive by `lender`; it copies them when it is
+  /// first written to. Nothing when they do not fit together: a table of another size, or one that
+  /// names a brick that is not there.
+  static std::optional<BrickGrid> Borrow(double voxel_size_m, const Parts& parts,
+                                         const std::shared_ptr<const void>& lender);
 
   const VoxelGrid& grid() const { return grid_; }
 
@@ -75,9 +95,15 @@ class BrickGrid {
   std::size_t bricks() const { return bricks_.size(); }
   std::size_t memory_bytes() const;
 
+  // The parts themselves, for who looks up more than Get() does at once. Pointers live until the
+  // grid is written to or gone.
+  const std::uint16_t* table() const { return table_.data(); }
+  const LogOddsUnits* values() const { return bricks_.empty() ? nullptr : bricks_.data()->data(); }
+  VoxelKey table_origin() const { return origin_; }
+  std::array<std::uint32_t, 3> table_size() const { return size_; }
+
  private:
   using Brick = std::array<LogOddsUnits, kBrickVoxels>;
-  static constexpr std::uint16_t kNoBrick = 0xffff;
 
   static std::uint32_t TableCoordinate(std::int32_t index, std::int32_t origin) {
     return static_cast<std::uint32_t>((index >> kBrickBits) - origin);
@@ -103,8 +129,8 @@ class BrickGrid {
   VoxelGrid grid_;
   VoxelKey origin_;                                // First brick of the table, in bricks.
   std::array<std::uint32_t, 3> size_ = {0, 0, 0};  // Of the table, in bricks.
-  std::vector<std::uint16_t> table_;
-  std::vector<Brick> bricks_;
+  LendableVector<std::uint16_t> table_;
+  LendableVector<Brick> bricks_;
 };
 
 }  // namespace vog

@@ -59,10 +59,12 @@ FileText ReadChecked(const std::filesystem::path& folder, const std::string& nam
       return {"", error.what()};
     }
   };
-  FileText in_place = read(folder / name);
+  const std::filesystem::path path = folder / name;
+  FileText in_place = read(path);
   if (in_place.fault.empty()) return in_place;
   FileText waiting = read(folder / WaitingNameOf(name, static_cast<std::uint32_t>(crc32)));
-  return waiting.fault.empty() ? waiting : in_place;
+  if (waiting.fault.empty()) return waiting;
+  return read(path);  // It may have been put in place since we looked there.
 }
 
 /// A submap's grid, or why there is none.

@@ -160,7 +160,7 @@ void Serve(const ServeArguments& arguments) {
   const auto options = config.Read<BusOptions>("bus");
   const std::atomic<bool>& stop = StopSignal();
   LcmBus bus(options);
-  const MapServerNode node(bus, ToVogMap(Load(arguments.map)), options.run_id);
+  MapServerNode node(bus, ToVogMap(Load(arguments.map)), options.run_id);
   std::printf("serving %s until Ctrl-C\n", arguments.map.c_str());
   std::fflush(stdout);
   bus.Run(stop);

@@ -2,12 +2,15 @@
 
 import json
 import math
+import random
 import shutil
+import signal
 import struct
 import subprocess
 import unittest
 
-from vog_testing import VogTest, vog
+from lcm_testing import Listener, import_types
+from vog_testing import BIN, VogTest, contents, vog
 
 
 def write_pcd(file, points, viewpoint):
@@ -131,6 +134,111 @@ class MapToolsTest(VogTest):
         self.run_vog("map", "build", clouds, "--z-down", "--voxel-size", 0.1, "--out", out)
         done = vog("map", "query", out, "--method", "direct", input="1.05 -2.05 -4.05\n")
         self.assertIn("occupied", done.stdout)
+
+    def test_octrees_of_octomap(self):
+        for kind in ("ot", "bt"):
+            file, out = self.scratch / f"whole.{kind}", self.scratch / f"from-{kind}"
+            self.run_vog("map", "export", self.map, file)
+            self.run_vog("map", "build", file, "--out", out)
+            info = json.loads(self.run_vog("map", "info", out, "--json"))
+            self.assertEqual((info["submaps"], info["voxel_size_m"]), (1, 0.1))
+            done = vog("map", "query", out, input="2.05 0.05 0.05\n1.05 0.05 0.05\n-5 0 0\n")
+            self.assertEqual([line.split()[3] for line in done.stdout.splitlines()],
+                             ["occupied", "free", "unknown"])
+            bad = self.scratch / f"bad.{kind}"
+            for length in (0, 10, 100, len(file.read_bytes()) - 1):
+                bad.write_bytes(file.read_bytes()[:length])
+                self.refuse(2, "map", "build", bad, "--out", self.scratch / "n", says=[bad])
+        self.assertFalse((self.scratch / "n").exists())
+
+    def test_merged_maps(self):
+        other, out = self.scratch / "other", self.scratch / "merged"
+        clouds = self.scratch / "other-clouds"
+        clouds.mkdir()
+        for number in range(2):
+            write_pcd(clouds / f"{number}.pcd", wall(2.05), (20, number, 0, 1, 0, 0, 0))
+        build = ("map", "build", clouds, "--out")
+        self.run_vog(*build, other, "--voxel-size", 0.1)
+        before = contents(self.map)
+        self.run_vog("map", "merge", self.map, other, "--out", out)
+        info = json.loads(self.run_vog("map", "info", out, "--json"))
+        self.assertEqual((info["submaps"], info["faults"], info["compact_file"]),
+                         (13, [], "valid"))
+        done = vog("map", "query", out, input="2.05 0.05 0.05\n22.05 0.05 0.05\n10 0 0\n")
+        self.assertEqual([line.split()[3] for line in done.stdout.splitlines()],
+                         ["occupied", "occupied", "unknown"])
+        lines = [line.split() for line in (out / "graph.g2o").read_text().splitlines()]
+        self.assertEqual([line[1] for line in lines if line[0].startswith("VERTEX")],
+                         [str(number) for number in range(13)])
+        self.assertEqual([line[1] for line in lines if line[0] == "FIX"], ["0", "11"])
+        edges = [(int(line[1]), int(line[2])) for line in lines if line[0].startswith("EDGE")]
+        self.assertEqual(edges, [(n, n + 1) for n in range(10)] + [(11, 12)])
+        self.assertEqual(contents(self.map), before)
+        self.refuse(2, "map", "merge", self.map, "--out", out, says=["already"])
+        self.run_vog(*build, self.scratch / "coarse", "--voxel-size", 0.2)
+        self.refuse(2, "map", "merge", self.map, self.scratch / "coarse", "--out",
+                    self.scratch / "n", says=["coarse", "voxels"])
+        self.refuse(1, "map", "merge", self.map, "--out", "/proc/nosuch/map", says=["/proc"])
+
+    def test_compact_files(self):
+        copy = self.scratch / "copy"
+        shutil.copytree(self.map, copy)
+
+        def state():
+            return json.loads(self.run_vog("map", "info", copy, "--json"))["compact_file"]
+
+        self.assertEqual(state(), "valid")
+        self.assertEqual(json.loads(self.run_vog("map", "info", copy, "--json"))["bytes_on_disk"],
+                         sum(len(content) for content in contents(copy).values()))
+        good = (copy / "compact.bin").read_bytes()
+        (copy / "compact.bin").write_bytes(good[:-1])
+        self.assertEqual(state(), "damaged")
+        (copy / "compact.bin").unlink()
+        self.assertEqual(state(), "missing")
+        self.run_vog("map", "pack", copy)
+        self.assertEqual((copy / "compact.bin").read_bytes(), good)
+        with (copy / "map.toml").open("a") as file:
+            file.write("# edited\n")
+        self.assertEqual(state(), "stale")
+        self.run_vog("map", "pack", copy)
+        self.assertEqual(state(), "valid")
+        self.refuse(2, "map", "pack", self.scratch / "nosuch", says=["nosuch"])
+
+    def test_a_saved_map_answers_over_lcm(self):
+        port = random.randrange(20000, 30000)
+        types = import_types(self.scratch / "types")
+        before = contents(self.map)
+        server = subprocess.Popen(
+            [BIN / "vog", "map", "serve", self.map, "--set",
+             f"bus.url=udpm://239.255.76.67:{port}?ttl=0"],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        try:
+            if "serving" not in server.stdout.readline():
+                error = server.stderr.read()
+                if "multicast" in error:
+                    self.skipTest(error)
+                self.fail(error)
+            listener = Listener(port)
+            self.addCleanup(listener.close)
+            request = types.map_request_t()
+            request.header.sender = "test"
+            request.request_id = 7
+            request.kind, request.method = "points", "direct"
+            request.points = 2
+            request.point_W_m = [[2.05, 0.05, 0.05], [-5, 0, 0]]
+            listener.say("MAP_REQUEST", request)
+            chunk = types.chunk_t.decode(listener.hear("MAP_REPLY", timeout_s=30))
+            reply = types.map_reply_t.decode(bytes(chunk.bytes))
+            self.assertEqual((reply.request_id, reply.error, reply.count), (7, "", 2))
+            self.assertGreater(reply.log_odds[0], 1)
+            self.assertTrue(math.isnan(reply.log_odds[1]))
+            server.send_signal(signal.SIGINT)
+            self.assertEqual(server.wait(timeout=30), 0)
+        finally:
+            server.kill()
+            server.communicate()
+        self.assertEqual(contents(self.map), before)
+        self.refuse(2, "map", "serve", self.scratch / "nosuch", says=["nosuch"])
 
     def test_damaged_maps(self):
         damaged = self.scratch / "damaged"

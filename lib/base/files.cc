@@ -1,10 +1,13 @@
 #include "lib/base/files.h"
 
 #include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
 #include <unistd.h>
 #include <zlib.h>
 
 #include <array>
+#include <bit>
 #include <cerrno>
 #include <charconv>
 #include <cstring>
@@ -20,42 +23,6 @@ namespace {
   throw SystemError(path.string() + ": cannot " + doing + ": " + std::strerror(errno));
 }
 
-/// A file being written; removed again unless it is committed.
-class TemporaryFile {
- public:
-  explicit TemporaryFile(const std::filesystem::path& path)
-      : path_(path), fd_(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644)) {
-    if (fd_ < 0) Fail(path_, "create");
-  }
-  ~TemporaryFile() {
-    if (fd_ >= 0) ::close(fd_);
-    if (!committed_) ::unlink(path_.c_str());
-  }
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-
-  void Write(std::string_view bytes) {
-    while (!bytes.empty()) {
-      const ssize_t written = ::write(fd_, bytes.data(), bytes.size());
-      if (written < 0 && errno == EINTR) continue;
-      if (written < 0) Fail(path_, "write");
-      bytes.remove_prefix(static_cast<std::size_t>(written));
-    }
-  }
-
-  void CommitAs(const std::filesystem::path& target) {
-    if (::fsync(fd_) != 0) Fail(path_, "flush");
-    if (::close(std::exchange(fd_, -1)) != 0) Fail(path_, "close");
-    if (::rename(path_.c_str(), target.c_str()) != 0) Fail(target, "replace");
-    committed_ = true;
-  }
-
- private:
-  std::filesystem::path path_;
-  int fd_;
-  bool committed_ = false;
-};
-
 void FlushDirectory(const std::filesystem::path& directory) {
   const int fd = ::open(directory.empty() ? "." : directory.c_str(), O_RDONLY | O_DIRECTORY);
   if (fd < 0) return;  // The rename stands; only its durability is not known.
@@ -63,13 +30,47 @@ void FlushDirectory(const std::filesystem::path& directory) {
   ::close(fd);
 }
 
+FileState ToFileState(const struct stat& state) {
+  constexpr std::int64_t kNanoseconds = 1'000'000'000;
+  return {static_cast<std::uint64_t>(state.st_size),
+          state.st_mtim.tv_sec * kNanoseconds + state.st_mtim.tv_nsec};
+}
+
 }  // namespace
 
+AtomicFileWriter::AtomicFileWriter(const std::filesystem::path& path)
+    : path_(path),
+      beside_(path.string() + ".tmp"),
+      fd_(::open(beside_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644)) {
+  if (fd_ < 0) Fail(beside_, "create");
+}
+
+AtomicFileWriter::~AtomicFileWriter() {
+  if (fd_ >= 0) ::close(fd_);
+  if (!committed_) ::unlink(beside_.c_str());
+}
+
+void AtomicFileWriter::Write(std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(fd_, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) Fail(beside_, "write");
+    bytes.remove_prefix(static_cast<std::size_t>(written));
+  }
+}
+
+void AtomicFileWriter::Commit() {
+  if (::fsync(fd_) != 0) Fail(beside_, "flush");
+  if (::close(std::exchange(fd_, -1)) != 0) Fail(beside_, "close");
+  if (::rename(beside_.c_str(), path_.c_str()) != 0) Fail(path_, "replace");
+  committed_ = true;
+  FlushDirectory(path_.parent_path());
+}
+
 void WriteFileAtomically(const std::filesystem::path& path, std::string_view bytes) {
-  TemporaryFile file(path.string() + ".tmp");
+  AtomicFileWriter file(path);
   file.Write(bytes);
-  file.CommitAs(path);
-  FlushDirectory(path.parent_path());
+  file.Commit();
 }
 
 std::string ReadFile(const std::filesystem::path& path) {
@@ -83,9 +84,63 @@ std::string ReadFile(const std::filesystem::path& path) {
   return bytes;
 }
 
+bool FileHolds(const std::filesystem::path& path, std::string_view bytes) {
+  const auto state = StateOf(path);
+  return state && state->size == bytes.size() && std::filesystem::is_regular_file(path) &&
+         ReadFile(path) == bytes;
+}
+
+std::optional<FileState> StateOf(const std::filesystem::path& path) {
+  struct stat state;
+  if (::stat(path.c_str(), &state) != 0) return std::nullopt;
+  return ToFileState(state);
+}
+
+std::shared_ptr<const MappedFile> MappedFile::Open(const std::filesystem::path& path) {
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd < 0) return nullptr;
+  struct stat state;
+  void* memory = MAP_FAILED;
+  if (::fstat(fd, &state) == 0 && S_ISREG(state.st_mode) && state.st_size > 0)
+    memory = ::mmap(nullptr, static_cast<std::size_t>(state.st_size), PROT_READ, MAP_SHARED, fd, 0);
+  ::close(fd);
+  if (memory == MAP_FAILED) return nullptr;
+  const std::string_view bytes(static_cast<const char*>(memory),
+                               static_cast<std::size_t>(state.st_size));
+  return std::shared_ptr<const MappedFile>(new MappedFile(bytes, ToFileState(state)));
+}
+
+MappedFile::~MappedFile() { ::munmap(const_cast<char*>(bytes_.data()), bytes_.size()); }
+
 std::uint32_t Crc32(std::string_view bytes) {
   return static_cast<std::uint32_t>(
       crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
+}
+
+std::uint64_t Checksum64(std::string_view bytes) {
+  // Several sums side by side, so that none waits for the multiplication before it. Each step can
+  // be undone: sums that differ once stay different unless a later difference makes up for it.
+  constexpr std::size_t kLanes = 8, kWord = sizeof(std::uint64_t), kBlock = kLanes * kWord;
+  const auto mixed = [](std::uint64_t sum, std::uint64_t word) {
+    return std::rotl((sum ^ word) * 0x9e3779b97f4a7c15u, 29);
+  };
+  std::array<std::uint64_t, kLanes> sums;
+  for (std::size_t lane = 0; lane < kLanes; ++lane) sums[lane] = lane + 1;
+  std::array<std::uint64_t, kLanes> words;
+  const auto add = [&] {
+    for (std::size_t lane = 0; lane < kLanes; ++lane) sums[lane] = mixed(sums[lane], words[lane]);
+  };
+  std::size_t at = 0;
+  for (; bytes.size() - at >= kBlock; at += kBlock) {
+    std::memcpy(words.data(), bytes.data() + at, kBlock);
+    add();
+  }
+  words.fill(0);
+  if (at < bytes.size()) std::memcpy(words.data(), bytes.data() + at, bytes.size() - at);
+  add();
+  std::uint64_t sum = bytes.size();
+  for (const std::uint64_t lane : sums) sum = mixed(sum, lane);
+  return sum;
 }
 
 std::string Compress(std::string_view bytes) {

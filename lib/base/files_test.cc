@@ -89,6 +89,78 @@ TEST_F(FilesTest, WhatCannotBeReadIsTold) {
   EXPECT_TRUE(ErrorOf([&] { ReadFile(folder_); }).starts_with(folder_.string() + ": cannot read"));
 }
 
+TEST_F(FilesTest, AFileInPiecesIsThereWhenItIsCommitted) {
+  WriteFileAtomically(folder_ / "a", "old");
+  {
+    AtomicFileWriter dropped(folder_ / "a");
+    dropped.Write("new");
+  }
+  EXPECT_EQ(ReadFile(folder_ / "a"), "old");
+  AtomicFileWriter file(folder_ / "a");
+  file.Write("new, ");
+  file.Write("in pieces");
+  EXPECT_EQ(ReadFile(folder_ / "a"), "old");
+  file.Commit();
+  EXPECT_EQ(ReadFile(folder_ / "a"), "new, in pieces");
+  EXPECT_EQ(Names(), std::vector<std::string>{"a"});
+}
+
+TEST_F(FilesTest, TellsWhetherAFileHoldsBytes) {
+  WriteFileAtomically(folder_ / "a", "bytes");
+  EXPECT_TRUE(FileHolds(folder_ / "a", "bytes"));
+  EXPECT_FALSE(FileHolds(folder_ / "a", "bites"));
+  EXPECT_FALSE(FileHolds(folder_ / "a", "bytes and more"));
+  EXPECT_FALSE(FileHolds(folder_ / "none", ""));
+  EXPECT_FALSE(FileHolds(folder_ / "a" / "below", "bytes"));
+  const auto state = StateOf(folder_);
+  ASSERT_TRUE(state);
+  EXPECT_FALSE(FileHolds(folder_, std::string(state->size, ' ')));
+}
+
+TEST_F(FilesTest, TellsSizeAndTimeOfAFile) {
+  WriteFileAtomically(folder_ / "a", "bytes");
+  const auto before = StateOf(folder_ / "a");
+  ASSERT_TRUE(before);
+  EXPECT_EQ(before->size, 5u);
+  fs::last_write_time(folder_ / "a",
+                      fs::last_write_time(folder_ / "a") + std::chrono::nanoseconds(1));
+  EXPECT_EQ(StateOf(folder_ / "a")->modified_ns, before->modified_ns + 1);
+  EXPECT_FALSE(StateOf(folder_ / "none"));
+}
+
+TEST_F(FilesTest, AMappedFileStaysWhatItWas) {
+  WriteFileAtomically(folder_ / "a", "old");
+  const auto mapped = MappedFile::Open(folder_ / "a");
+  ASSERT_NE(mapped, nullptr);
+  WriteFileAtomically(folder_ / "a", "another");
+  EXPECT_EQ(mapped->bytes(), "old");
+  fs::remove(folder_ / "a");
+  EXPECT_EQ(mapped->bytes(), "old");
+  EXPECT_EQ(mapped->state().size, 3u);
+  WriteFileAtomically(folder_ / "empty", "");
+  for (const char* name : {"a", "empty", "."})
+    EXPECT_EQ(MappedFile::Open(folder_ / name), nullptr) << name;
+}
+
+TEST(Checksum64Test, NoticesEveryFlippedBitAndMissingByte) {
+  Random random(5, "files");
+  for (const int size : {1, 7, 8, 63, 64, 65, 200}) {
+    const std::string bytes = RandomBytes(size, 256, random);
+    const std::uint64_t sum = Checksum64(bytes);
+    EXPECT_EQ(Checksum64(std::string(bytes)), sum);
+    EXPECT_NE(Checksum64(bytes.substr(1)), sum);
+    EXPECT_NE(Checksum64(bytes + '\0'), sum);
+    for (int first = 0; first < 8 * size; ++first) {
+      std::string damaged = bytes;
+      damaged[first / 8] ^= 1 << first % 8;
+      EXPECT_NE(Checksum64(damaged), sum) << first;
+      const int second = random.Index(8 * size);
+      damaged[second / 8] ^= 1 << second % 8;
+      EXPECT_EQ(Checksum64(damaged) == sum, first == second) << first << " " << second;
+    }
+  }
+}
+
 TEST(Crc32Test, IsThatOfZlibAndPng) {
   EXPECT_EQ(Crc32(""), 0u);
   EXPECT_EQ(Crc32("123456789"), 0xcbf43926u);  // The check value of CRC-32/ISO-HDLC.

@@ -12,6 +12,31 @@ constexpr double kMaxTable = 1u << 26;
 
 }  // namespace
 
+std::optional<BrickGrid> BrickGrid::Borrow(double voxel_size_m, const Parts& parts,
+                                           const std::shared_ptr<const void>& lender) {
+  static_assert(sizeof(Brick) == kBrickVoxels && alignof(Brick) == 1);
+  const auto& [origin, size, table, values] = parts;
+  const auto fits = [](std::int32_t first, std::uint32_t count) {
+    constexpr std::int64_t kEnd = std::int64_t{1} << (31 - kBrickBits);
+    return first >= -kEnd && first + std::int64_t{count} <= kEnd;
+  };
+  if (double{1} * size[0] * size[1] * size[2] != static_cast<double>(table.size()) ||
+      static_cast<double>(table.size()) > kMaxTable || values.size() % kBrickVoxels != 0 ||
+      !fits(origin.x, size[0]) || !fits(origin.y, size[1]) || !fits(origin.z, size[2]))
+    return std::nullopt;
+  const std::size_t bricks = values.size() / kBrickVoxels;
+  // Without a branch in the loop, which millions of entries may pass.
+  std::size_t strangers = 0;
+  for (const std::uint16_t brick : table) strangers += brick >= bricks && brick != kNoBrick;
+  if (strangers > 0 || bricks > kNoBrick) return std::nullopt;
+  BrickGrid grid(voxel_size_m);
+  grid.origin_ = origin;
+  grid.size_ = size;
+  grid.table_ = {table, lender};
+  grid.bricks_ = {{reinterpret_cast<const Brick*>(values.data()), bricks}, lender};
+  return grid;
+}
+
 void BrickGrid::GrowTo(const VoxelKey& brick) {
   const bool empty = table_.empty();
   const auto end = [&](int axis, std::int32_t origin) {
@@ -126,17 +151,21 @@ void BrickGrid::Compact() {
   compact.origin_ = first;
   compact.size_ = {side(box.min.x, box.max.x), side(box.min.y, box.max.y),
                    side(box.min.z, box.max.z)};
-  compact.table_.reserve(std::size_t{compact.size_[0]} * compact.size_[1] * compact.size_[2]);
-  compact.bricks_.reserve(bricks_.size());
+  std::vector<std::uint16_t> table;
+  std::vector<Brick> bricks;
+  table.reserve(std::size_t{compact.size_[0]} * compact.size_[1] * compact.size_[2]);
+  bricks.reserve(bricks_.size());
   const std::uint32_t dx = first.x - origin_.x, dy = first.y - origin_.y, dz = first.z - origin_.z;
   for (std::uint32_t z = 0; z < compact.size_[2]; ++z)
     for (std::uint32_t y = 0; y < compact.size_[1]; ++y)
       for (std::uint32_t x = 0; x < compact.size_[0]; ++x) {
-        const std::uint16_t number = table_[((z + dz) * size_[1] + y + dy) * size_[0] + x + dx];
-        compact.table_.push_back(
-            number == kNoBrick ? kNoBrick : static_cast<std::uint16_t>(compact.bricks_.size()));
-        if (number != kNoBrick) compact.bricks_.push_back(bricks_[number]);
+        const std::uint16_t number =
+            table_.data()[((z + dz) * size_[1] + y + dy) * size_[0] + x + dx];
+        table.push_back(number == kNoBrick ? kNoBrick : static_cast<std::uint16_t>(bricks.size()));
+        if (number != kNoBrick) bricks.push_back(bricks_.data()[number]);
       }
+  compact.table_ = std::move(table);
+  compact.bricks_ = std::move(bricks);
   compact.is_compact_ = true;
   *this = std::move(compact);
 }

@@ -2,9 +2,13 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "lib/geometry/voxel_grid.h"
+#include "lib/submap/lendable_vector.h"
 #include "lib/submap/sensor_model.h"
 
 namespace vog {
@@ -17,9 +21,23 @@ class BrickGrid {
   static constexpr int kBrickBits = 3;
   static constexpr std::int32_t kBrickSide = 1 << kBrickBits;
   static constexpr int kBrickVoxels = kBrickSide * kBrickSide * kBrickSide;
+  /// What the table says of a brick that was never written to.
   static constexpr std::uint16_t kNoBrick = 0xffff;
 
   explicit BrickGrid(double voxel_size_m) : grid_(voxel_size_m) {}
+
+  /// A table over `size` bricks from `origin` on (in bricks), x fastest, and the bricks' voxels.
+  struct Parts {
+    VoxelKey origin;
+    std::array<std::uint32_t, 3> size = {0, 0, 0};
+    std::span<const std::uint16_t> table;
+    std::span<const LogOddsUnits> values;
+  };
+  /// A grid that reads `parts` where they lie, kept alive by `lender`; it copies them when it is
+  /// first written to. Nothing when they do not fit together: a table of another size, or one that
+  /// names a brick that is not there.
+  static std::optional<BrickGrid> Borrow(double voxel_size_m, const Parts& parts,
+                                         const std::shared_ptr<const void>& lender);
 
   const VoxelGrid& grid() const { return grid_; }
 
@@ -86,13 +104,14 @@ class BrickGrid {
   /// table_origin() on (in bricks), x fastest, then y, of brick numbers or kNoBrick; values of
   /// brick n from n * kBrickVoxels on, see IndexInBrick(). They live until the grid is changed.
   const std::uint16_t* table() const { return table_.data(); }
-  const LogOddsUnits* values() const { return bricks_.empty() ? nullptr : bricks_.front().data(); }
+  const LogOddsUnits* values() const { return bricks_.empty() ? nullptr : bricks_.data()->data(); }
   const VoxelKey& table_origin() const { return origin_; }
   const std::array<std::uint32_t, 3>& table_size() const { return size_; }
   std::size_t memory_bytes() const;
 
  private:
   using Brick = std::array<LogOddsUnits, kBrickVoxels>;
+
   static std::uint32_t TableCoordinate(std::int32_t index, std::int32_t origin) {
     return static_cast<std::uint32_t>((index >> kBrickBits) - origin);
   }
@@ -117,8 +136,8 @@ class BrickGrid {
   VoxelGrid grid_;
   VoxelKey origin_;                                // First brick of the table, in bricks.
   std::array<std::uint32_t, 3> size_ = {0, 0, 0};  // Of the table, in bricks.
-  std::vector<std::uint16_t> table_;
-  std::vector<Brick> bricks_;
+  LendableVector<std::uint16_t> table_;
+  LendableVector<Brick> bricks_;
   bool is_compact_ = false;  // The table is the bricks' box.
 };
 

@@ -166,6 +166,72 @@ TEST(BrickGridTest, RefusesMoreBricksThanItCanNumber) {
   EXPECT_EQ(TableOf(dut).size(), 65535u);
 }
 
+/// The parts of a grid, in memory of their own.
+struct Lender {
+  explicit Lender(const BrickGrid& grid) {
+    const auto size = grid.table_size();
+    table.assign(grid.table(), grid.table() + std::size_t{size[0]} * size[1] * size[2]);
+    values.assign(grid.values(), grid.values() + grid.bricks() * BrickGrid::kBrickVoxels);
+    parts = {grid.table_origin(), size, table, values};
+  }
+  std::vector<std::uint16_t> table;
+  std::vector<LogOddsUnits> values;
+  BrickGrid::Parts parts;
+};
+
+TEST(BrickGridTest, BorrowsItsPartsUntilItIsWrittenTo) {
+  Random random(5, "brick_grid");
+  const VoxelTable table = RandomTable(500, 20, random);
+  auto lender = std::make_shared<Lender>(GridOf(0.1, table));
+  const std::weak_ptr<Lender> alive = lender;
+  const auto borrowed = BrickGrid::Borrow(0.1, lender->parts, lender);
+  ASSERT_TRUE(borrowed);
+  EXPECT_EQ(borrowed->table(), lender->table.data());
+  EXPECT_EQ(borrowed->values(), lender->values.data());
+  EXPECT_EQ(TableOf(*borrowed), table);
+  lender.reset();
+  std::optional<BrickGrid> copy = *borrowed, grown = *borrowed;
+  const BrickGrid moved = std::move(*copy);
+  EXPECT_EQ(TableOf(moved), table);
+  EXPECT_EQ(copy->bricks(), 0u);
+  grown->At({1000, 0, 0}) = 5;
+  grown->FillInBrick({0, 0, 0}, 8, 7);
+  EXPECT_NE(grown->values(), borrowed->values());
+  EXPECT_EQ(grown->Get({1000, 0, 0}), 5);
+  EXPECT_EQ(grown->Get({3, 4, 5}), 7);
+  EXPECT_EQ(TableOf(*borrowed), table);
+  const BrickGrid own = *grown;
+  grown->At({3, 4, 5}) = 8;
+  EXPECT_EQ(own.Get({3, 4, 5}), 7);
+  EXPECT_FALSE(alive.expired());
+}
+
+TEST(BrickGridTest, BorrowsNothingThatWouldLeadOutside) {
+  Random random(6, "brick_grid");
+  const auto good = std::make_shared<Lender>(GridOf(0.1, RandomTable(100, 10, random)));
+  const auto borrows = [](const std::shared_ptr<Lender>& lender, const BrickGrid::Parts& parts) {
+    return BrickGrid::Borrow(0.1, parts, lender).has_value();
+  };
+  EXPECT_TRUE(borrows(good, good->parts));
+  BrickGrid::Parts parts = good->parts;
+  parts.size[0] += 1;
+  EXPECT_FALSE(borrows(good, parts));
+  parts.size = {1u << 31, 1u << 31, 4};
+  EXPECT_FALSE(borrows(good, parts));
+  parts = good->parts;
+  parts.values = parts.values.first(parts.values.size() - 1);
+  EXPECT_FALSE(borrows(good, parts));
+  parts = good->parts;
+  parts.origin.y = std::numeric_limits<std::int32_t>::min();
+  EXPECT_FALSE(borrows(good, parts));
+  for (std::uint16_t& entry : good->table) {
+    const std::uint16_t before = entry;
+    entry = static_cast<std::uint16_t>(good->values.size() / BrickGrid::kBrickVoxels);
+    EXPECT_FALSE(borrows(good, good->parts));
+    entry = before;
+  }
+}
+
 TEST(OccupiedPointsTest, LeavesOutTheFreeAndTheLonely) {
   Random random(4, "brick_grid");
   const VoxelTable table = RandomTable(3000, 8, random);

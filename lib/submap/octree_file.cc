@@ -15,6 +15,7 @@ constexpr std::int32_t kKeyOrigin = 1 << (kTreeDepth - 1);
 // A node on disk: 32 bits of log-odds, little-endian, and a bit for each child.
 constexpr std::size_t kNodeBytes = 5;
 constexpr std::string_view kMagic = "# Octomap OcTree file";
+constexpr std::string_view kBinaryMagic = "# Octomap OcTree binary file";
 constexpr std::string_view kData = "\ndata\n";
 
 /// The corner of a node's child with number 0..7, x lowest.
@@ -94,6 +95,19 @@ class NodeWriter {
   BrickGrid::VoxelBounds bounds_;
 };
 
+/// Fills the cube of voxels that a leaf stands for. One of more than a few metres is no submap's.
+bool Fill(const VoxelKey& corner, std::int32_t side, LogOddsUnits units, BrickGrid& grid) {
+  constexpr std::int32_t kMaxLeaf = 256;
+  if (side > kMaxLeaf) return false;
+  // Brick by brick; a leaf smaller than a brick lies in one.
+  const std::int32_t step = std::min(side, BrickGrid::kBrickSide);
+  for (std::int32_t z = 0; z < side; z += step)
+    for (std::int32_t y = 0; y < side; y += step)
+      for (std::int32_t x = 0; x < side; x += step)
+        grid.FillInBrick({corner.x + x, corner.y + y, corner.z + z}, step, units);
+  return true;
+}
+
 /// Reads nodes into a grid. Stops at anything that is no octree.
 class NodeReader {
  public:
@@ -114,7 +128,8 @@ class NodeReader {
     std::memcpy(&log_odds, bytes_.data() + at_, sizeof(log_odds));
     const auto children = static_cast<unsigned char>(bytes_[at_ + sizeof(log_odds)]);
     at_ += kNodeBytes;
-    if (children == 0) return std::isfinite(log_odds) && Fill(corner, side, ToUnits(log_odds));
+    if (children == 0)
+      return std::isfinite(log_odds) && Fill(corner, side, ToUnits(log_odds), grid_);
     for (int child = 0; child < 8; ++child) {
       if ((children >> child & 1) && !ReadNode(ChildCorner(corner, side / 2, child), side / 2))
         return false;
@@ -122,22 +137,52 @@ class NodeReader {
     return true;
   }
 
-  /// A leaf stands for a cube of voxels. One of more than a few metres is no submap's.
-  bool Fill(const VoxelKey& corner, std::int32_t side, LogOddsUnits units) {
-    constexpr std::int32_t kMaxLeaf = 256;
-    if (side > kMaxLeaf) return false;
-    // Brick by brick; a leaf smaller than a brick lies in one.
-    const std::int32_t step = std::min(side, BrickGrid::kBrickSide);
-    for (std::int32_t z = 0; z < side; z += step)
-      for (std::int32_t y = 0; y < side; y += step)
-        for (std::int32_t x = 0; x < side; x += step)
-          grid_.FillInBrick({corner.x + x, corner.y + y, corner.z + z}, step, units);
+  std::string_view bytes_;
+  BrickGrid& grid_;
+  std::size_t at_ = 0;
+};
+
+/// The same for the nodes of a .bt file: two bits a child, which is unknown, free, occupied, or an
+/// inner node that follows. A tree that is one leaf cannot be told.
+class BinaryNodeReader {
+ public:
+  BinaryNodeReader(std::string_view bytes, LogOddsUnits free, LogOddsUnits occupied,
+                   BrickGrid& grid)
+      : bytes_(bytes), free_(free), occupied_(occupied), grid_(grid) {}
+
+  /// The number of nodes, leaves too; nothing as above.
+  std::optional<std::size_t> Read() {
+    if (!ReadInner({-kKeyOrigin, -kKeyOrigin, -kKeyOrigin}, 2 * kKeyOrigin) || at_ != bytes_.size())
+      return std::nullopt;
+    return nodes_;
+  }
+
+ private:
+  enum Child { kUnknown = 0, kFree = 1, kOccupied = 2, kInner = 3 };
+
+  bool ReadInner(const VoxelKey& corner, std::int32_t side) {
+    if (side == 1 || bytes_.size() - at_ < 2) return false;
+    const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(bytes_[at_ + i]); };
+    const int children = byte(0) | byte(1) << 8;
+    at_ += 2;
+    ++nodes_;
+    for (int child = 0; child < 8; ++child) {
+      const VoxelKey at = ChildCorner(corner, side / 2, child);
+      const int kind = children >> 2 * child & 3;
+      if (kind == kInner) {
+        if (!ReadInner(at, side / 2)) return false;
+      } else if (kind != kUnknown) {
+        ++nodes_;
+        if (!Fill(at, side / 2, kind == kFree ? free_ : occupied_, grid_)) return false;
+      }
+    }
     return true;
   }
 
   std::string_view bytes_;
+  LogOddsUnits free_, occupied_;
   BrickGrid& grid_;
-  std::size_t at_ = 0;
+  std::size_t at_ = 0, nodes_ = 0;
 };
 
 struct Header {
@@ -147,10 +192,10 @@ struct Header {
   std::size_t end = 0;  // Where the nodes begin.
 };
 
-std::optional<Header> ReadHeader(std::string_view bytes) {
+std::optional<Header> ReadHeader(std::string_view bytes, std::string_view magic) {
   constexpr std::size_t kMaxHeader = 4096;
   const std::size_t data = bytes.substr(0, kMaxHeader).find(kData);
-  if (!bytes.starts_with(kMagic) || data == std::string_view::npos) return std::nullopt;
+  if (!bytes.starts_with(magic) || data == std::string_view::npos) return std::nullopt;
   Header header;
   header.end = data + kData.size();
   std::istringstream lines{std::string(bytes.substr(0, data))};
@@ -163,6 +208,24 @@ std::optional<Header> ReadHeader(std::string_view bytes) {
     if (key == "res") words >> header.resolution_m;
   }
   return header;
+}
+
+/// The grid of the nodes behind a header, which `read(nodes, grid)` counts; or why there is none.
+template <class Read>
+std::variant<BrickGrid, std::string> FromNodes(const Header& header, std::string_view bytes,
+                                               Read read) {
+  if (header.id != "OcTree") return "an octree of type " + header.id + ", not OcTree";
+  if (!(header.resolution_m > 1e-4 && header.resolution_m < 1e4))
+    return "an octree with an impossible resolution";
+  BrickGrid grid(header.resolution_m);
+  const std::string_view nodes = bytes.substr(header.end);
+  if (nodes.empty() && header.size == 0) return grid;
+  try {
+    if (read(nodes, grid) != header.size) return "a truncated or damaged octree";
+  } catch (const std::length_error& error) {
+    return error.what();
+  }
+  return grid;
 }
 
 }  // namespace
@@ -179,20 +242,22 @@ std::string ToOctreeBytes(const BrickGrid& grid) {
 }
 
 std::variant<BrickGrid, std::string> FromOctreeBytes(std::string_view bytes) {
-  const auto header = ReadHeader(bytes);
+  const auto header = ReadHeader(bytes, kMagic);
   if (!header) return "not an OctoMap .ot file";
-  if (header->id != "OcTree") return "an octree of type " + header->id + ", not OcTree";
-  if (!(header->resolution_m > 1e-4 && header->resolution_m < 1e4))
-    return "an octree with an impossible resolution";
-  BrickGrid grid(header->resolution_m);
-  const std::string_view nodes = bytes.substr(header->end);
-  if (nodes.empty() && header->size == 0) return grid;
-  try {
-    if (NodeReader(nodes, grid).Read() != header->size) return "a truncated or damaged octree";
-  } catch (const std::length_error& error) {
-    return error.what();
-  }
-  return grid;
+  return FromNodes(*header, bytes, [](std::string_view nodes, BrickGrid& grid) {
+    return NodeReader(nodes, grid).Read();
+  });
+}
+
+std::variant<BrickGrid, std::string> FromBinaryOctreeBytes(std::string_view bytes,
+                                                           const SensorModel& model) {
+  const auto header = ReadHeader(bytes, kBinaryMagic);
+  if (!header) return "not an OctoMap .bt file";
+  const auto free = static_cast<LogOddsUnits>(model.min),
+             occupied = static_cast<LogOddsUnits>(model.max);
+  return FromNodes(*header, bytes, [&](std::string_view nodes, BrickGrid& grid) {
+    return BinaryNodeReader(nodes, free, occupied, grid).Read();
+  });
 }
 
 }  // namespace vog

@@ -5,6 +5,7 @@
 #include <variant>
 
 #include "lib/submap/brick_grid.h"
+#include "lib/submap/sensor_model.h"
 
 namespace vog {
 
@@ -16,5 +17,10 @@ std::string ToOctreeBytes(const BrickGrid& grid);
 /// Reads an OctoMap .ot file (octrees of type OcTree). Returns the grid, or in one line why it
 /// cannot: bytes that are damaged in any way are told, not trusted. Log-odds are rounded to units.
 std::variant<BrickGrid, std::string> FromOctreeBytes(std::string_view bytes);
+
+/// The same for a .bt file, in which a voxel is free or occupied: it becomes one at the lower or
+/// the upper clamp of `model`.
+std::variant<BrickGrid, std::string> FromBinaryOctreeBytes(std::string_view bytes,
+                                                           const SensorModel& model);
 
 }  // namespace vog

@@ -227,5 +227,49 @@ TEST(OctreeFileTest, RefusesTreesThatNoOctomapWouldWrite) {
   EXPECT_EQ(FaultOf(File(leaves)), "a submap has too many bricks");
 }
 
+std::string BinaryBytesOf(octomap::OcTree tree) {
+  std::ostringstream out;
+  tree.writeBinary(out);
+  return std::move(out).str();
+}
+
+TEST(OctreeFileTest, ReadsOctomapsBinaryFiles) {
+  Random random(9, "octree_file");
+  const SensorModel model{SensorModelOptions{}};
+  for (const int voxels : {0, 1, 30, 3000}) {
+    const VoxelTable table = voxels == 0 ? VoxelTable{} : RandomTable(voxels, 14, random);
+    VoxelTable expected;
+    for (const auto& [key, units] : table) expected[key] = units >= 0 ? model.max : model.min;
+    const auto read = FromBinaryOctreeBytes(BinaryBytesOf(TreeOf(table)), model);
+    ASSERT_TRUE(std::holds_alternative<BrickGrid>(read)) << std::get<std::string>(read);
+    EXPECT_EQ(TableOf(std::get<BrickGrid>(read)), expected);
+    EXPECT_EQ(std::get<BrickGrid>(read).grid().voxel_size_m(), kVoxel_m);
+  }
+}
+
+TEST(OctreeFileTest, DamagedBinaryFilesAreToldOrReadAsTheyAre) {
+  Random random(10, "octree_file");
+  const SensorModel model{SensorModelOptions{}};
+  const std::string bytes = BinaryBytesOf(TreeOf(RandomTable(60, 6, random)));
+  for (std::size_t size = 0; size < bytes.size(); ++size)
+    EXPECT_TRUE(
+        std::holds_alternative<std::string>(FromBinaryOctreeBytes(bytes.substr(0, size), model)))
+        << size;
+  int told = 0;
+  for (int i = 0; i < 2000; ++i) {
+    std::string damaged = bytes;
+    damaged[random.Index(static_cast<int>(bytes.size()))] ^= 1 << random.Index(8);
+    told += std::holds_alternative<std::string>(FromBinaryOctreeBytes(damaged, model));
+  }
+  EXPECT_GT(told, 300);
+  EXPECT_EQ(std::get<std::string>(FromBinaryOctreeBytes(File(Chain(16, 1)), model)),
+            "not an OctoMap .bt file");
+  EXPECT_EQ(FaultOf(bytes), "not an OctoMap .ot file");
+  // Much deeper than a tree: no stack overflow.
+  const std::string deep(100000, '\3');
+  EXPECT_TRUE(std::holds_alternative<std::string>(FromBinaryOctreeBytes(
+      "# Octomap OcTree binary file\nid OcTree\nsize 9\nres 0.1\ndata\n" + deep, model)));
+}
+
 }  // namespace
 }  // namespace vog

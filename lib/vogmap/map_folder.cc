@@ -1,78 +1,27 @@
 #include "lib/vogmap/map_folder.h"
 
-#include <toml++/toml.h>
-
-#include <array>
-#include <cmath>
+#include <algorithm>
 #include <optional>
-#include <sstream>
 #include <variant>
 
-#include "lib/base/config.h"
 #include "lib/base/errors.h"
 #include "lib/base/files.h"
+#include "lib/base/log.h"
+#include "lib/base/parallel.h"
 #include "lib/submap/octree_file.h"
 
 namespace vog {
 namespace {
 
-constexpr int kFormat = 2;
+constexpr const char* kMapToml = "map.toml";
+constexpr const char* kGraph = "graph.g2o";
+constexpr const char* kCompact = "compact.bin";
 
-std::string FileNameOf(SubmapId id) {
-  std::array<char, 32> name;
-  std::snprintf(name.data(), name.size(), "submaps/%06d.ot", id);
-  return name.data();
-}
-
-// --- Writing ---
-
-template <class Numbers>
-std::string ToArray(const Numbers& numbers) {
-  std::string text = "[";
-  for (Eigen::Index i = 0; i < numbers.size(); ++i)
-    text += (i > 0 ? ", " : "") + ToText(numbers.data()[i]) +
-            (ToText(numbers.data()[i]).find_first_of(".en") == std::string::npos ? ".0" : "");
-  return text + "]";
-}
-
-/// x, y, z, qx, qy, qz, qw.
-std::string ToArray(const Pose3& X) {
-  Eigen::Matrix<double, 7, 1> numbers;
-  numbers << X.translation(), Eigen::Quaterniond(X.linear()).coeffs();
-  return ToArray(numbers);
-}
-
-void WriteSubmap(const Submap& submap, const Pose3& X_WM, std::uint32_t checksum,
-                 std::ostream& out) {
-  const OdometrySample& odometry = submap.base.odometry;
-  out << "\n[[submap]]\nid = " << submap.id() << "\nfile = \"" << FileNameOf(submap.id())
-      << "\"\ncrc32 = \"" << ToHex(checksum) << "\"\nscans = " << submap.scans
-      << "\nfirst_utime_us = " << ToUtime(submap.first_scan)
-      << "\nlast_utime_us = " << ToUtime(submap.last_scan) << "\nX_WM = " << ToArray(X_WM)
-      << "\norigin = " << odometry.origin << "\nsegment = " << odometry.segment
-      << "\nX_OM = " << ToArray(odometry.X_OB)
-      << "\ncovariance_OM = " << ToArray(odometry.covariance) << "\nX_ML = " << ToArray(submap.X_ML)
-      << "\ndrift = " << ToArray(submap.drift) << "\nedge_X_PM = " << ToArray(submap.base.edge.X_PM)
-      << "\nedge_covariance = " << ToArray(submap.base.edge.covariance) << "\n";
-}
-
-std::string ToMapToml(const StoredMap& map, const std::map<SubmapId, std::uint32_t>& checksums,
-                      std::uint32_t graph_checksum) {
-  const SensorModelOptions& model = map.sensor_model;
-  std::ostringstream out;
-  out << "# A VOG-map. Poses are x, y, z, qx, qy, qz, qw; covariances are symmetric.\nformat = "
-      << kFormat << "\nrun_id = " << map.run_id
-      << "\ncomplete = " << (map.complete ? "true" : "false")
-      << "\nvoxel_size_m = " << ToText(map.voxel_size_m)
-      << "\ngraph = \"graph.g2o\"\ngraph_crc32 = \"" << ToHex(graph_checksum)
-      << "\"\n\n[sensor_model]\nhit_probability = " << ToText(model.hit_probability)
-      << "\nmiss_probability = " << ToText(model.miss_probability)
-      << "\nmin_probability = " << ToText(model.min_probability)
-      << "\nmax_probability = " << ToText(model.max_probability)
-      << "\noccupied_probability = " << ToText(model.occupied_probability) << "\n";
-  for (const SubmapPtr& submap : map.submaps)
-    WriteSubmap(*submap, map.X_WM.at(submap->id()), checksums.at(submap->id()), out);
-  return std::move(out).str();
+/// Where a new file waits while the map of before needs its name: 000001.ot is 000001-1a2b3c4d.ot
+/// until then.
+std::string WaitingNameOf(const std::filesystem::path& name, std::uint32_t crc32) {
+  return (name.parent_path() / name.stem()).string() + "-" + ToHex(crc32) +
+         name.extension().string();
 }
 
 void CreateFolder(const std::filesystem::path& folder) {
@@ -81,121 +30,106 @@ void CreateFolder(const std::filesystem::path& folder) {
   if (error) throw SystemError(folder.string() + ": cannot create: " + error.message());
 }
 
+/// Whether a file's name is one of WaitingNameOf(), or that of a file half written.
+bool IsLeftover(const std::filesystem::path& file) {
+  const std::string stem = file.stem().string(), ending = file.extension().string();
+  const bool is_waiting =
+      stem.size() > 9 && stem[stem.size() - 9] == '-' &&
+      stem.find_first_not_of("0123456789abcdef", stem.size() - 8) == std::string::npos;
+  return ending == ".tmp" || ((ending == ".ot" || ending == ".g2o") && is_waiting);
+}
+
 // --- Reading ---
 
-/// Reads the entries of map.toml; a missing or odd one is the file's fault.
-class TomlEntries {
- public:
-  TomlEntries(const toml::table& table, std::string file) : table_(table), file_(std::move(file)) {}
-
-  template <class T>
-  T Get(const char* key) const {
-    const auto value = table_[key].value<T>();
-    if (!value) Fail(key);
-    return *value;
-  }
-
-  double GetWithin(const char* key, Range range) const {
-    const auto value = Get<double>(key);
-    if (!(value >= range.lo && value <= range.hi)) Fail(key);
-    return value;
-  }
-
-  SubmapId GetId() const {
-    const auto id = Get<int>("id");
-    if (id < 0) Fail("id");
-    return id;
-  }
-
-  template <class Numbers>
-  Numbers GetNumbers(const char* key) const {
-    Numbers numbers;
-    const toml::array* array = table_[key].as_array();
-    if (array == nullptr || static_cast<Eigen::Index>(array->size()) != numbers.size()) Fail(key);
-    for (Eigen::Index i = 0; i < numbers.size(); ++i) {
-      const auto value = array->get(static_cast<std::size_t>(i))->value<double>();
-      if (!value || !std::isfinite(*value)) Fail(key);
-      numbers.data()[i] = *value;
-    }
-    return numbers;
-  }
-
-  Pose3 GetPose(const char* key) const {
-    const auto numbers = GetNumbers<Eigen::Matrix<double, 7, 1>>(key);
-    const Eigen::Quaterniond q(numbers[6], numbers[3], numbers[4], numbers[5]);
-    if (!(std::abs(q.norm() - 1) < 1e-6)) Fail(key);
-    return MakePose(numbers.head<3>(), q);
-  }
-
- private:
-  [[noreturn]] void Fail(const char* key) const {
-    throw UsageError(file_ + ":" + std::to_string(table_.source().begin.line) + ": " + key +
-                     " is missing or makes no sense; is it a map of this program?");
-  }
-
-  const toml::table& table_;
-  std::string file_;
+/// A file of the folder, or why it cannot be used.
+struct FileText {
+  std::string bytes, fault;
 };
 
-/// The submap of one entry, or why its file cannot be used.
-std::variant<SubmapPtr, std::string> ReadSubmap(const TomlEntries& entry,
-                                                const std::filesystem::path& folder) {
-  const std::filesystem::path path = folder / entry.Get<std::string>("file");
-  std::string bytes;
-  try {
-    bytes = ReadFile(path);
-  } catch (const SystemError& error) {
-    return error.what();
-  }
-  if (ToHex(Crc32(bytes)) != entry.Get<std::string>("crc32"))
-    return path.string() + ": the check sum does not match, the file is damaged";
-  auto grid = FromOctreeBytes(bytes);
-  if (const auto* fault = std::get_if<std::string>(&grid)) return path.string() + ": " + *fault;
-  auto submap = std::make_shared<Submap>(
-      Submap{.base = {},
-             .first_scan = FromUtime(entry.Get<std::int64_t>("first_utime_us")),
-             .last_scan = FromUtime(entry.Get<std::int64_t>("last_utime_us")),
-             .scans = entry.Get<int>("scans"),
-             .X_ML = entry.GetPose("X_ML"),
-             .drift = entry.GetNumbers<Mat3>("drift"),
-             .grid = std::move(std::get<BrickGrid>(grid))});
-  submap->base.id = entry.GetId();
-  submap->base.odometry.time = submap->first_scan;
-  submap->base.odometry.origin = entry.Get<std::int64_t>("origin");
-  submap->base.odometry.segment = entry.Get<std::int64_t>("segment");
-  submap->base.odometry.X_OB = entry.GetPose("X_OM");
-  submap->base.odometry.covariance = entry.GetNumbers<Mat3>("covariance_OM");
-  submap->base.edge.X_PM = entry.GetPose("edge_X_PM");
-  submap->base.edge.covariance = entry.GetNumbers<Mat6>("edge_covariance");
-  return submap;
-}
-
-SensorModelOptions ReadSensorModel(const TomlEntries& entry) {
-  constexpr Range kProbability = Between(0.001, 0.999);
-  return {.hit_probability = entry.GetWithin("hit_probability", kProbability),
-          .miss_probability = entry.GetWithin("miss_probability", kProbability),
-          .min_probability = entry.GetWithin("min_probability", kProbability),
-          .max_probability = entry.GetWithin("max_probability", kProbability),
-          .occupied_probability = entry.GetWithin("occupied_probability", kProbability)};
-}
-
-void ReadSubmaps(const toml::table& table, const std::filesystem::path& folder,
-                 const std::string& file, LoadedMap& loaded) {
-  const toml::array* entries = table["submap"].as_array();
-  if (entries == nullptr) return;
-  for (const toml::node& node : *entries) {
-    if (!node.is_table()) throw UsageError(file + ": [[submap]] must be a table");
-    const TomlEntries entry(*node.as_table(), file);
-    auto submap = ReadSubmap(entry, folder);
-    if (const auto* fault = std::get_if<std::string>(&submap)) {
-      loaded.faults.push_back(*fault);
-      continue;
+/// Reads the file that has `crc32`: the one in place, or the one that waited for it when the
+/// program was killed.
+FileText ReadChecked(const std::filesystem::path& folder, const std::string& name,
+                     std::uint64_t crc32, const char* otherwise) {
+  const auto read = [&](const std::filesystem::path& path) -> FileText {
+    try {
+      FileText text{ReadFile(path), ""};
+      if (Crc32(text.bytes) != crc32) text.fault = path.string() + ": " + otherwise;
+      return text;
+    } catch (const SystemError& error) {
+      return {"", error.what()};
     }
-    const SubmapPtr& read = std::get<SubmapPtr>(submap);
-    if (!loaded.map.X_WM.emplace(read->id(), entry.GetPose("X_WM")).second)
-      throw UsageError(file + ": submap " + std::to_string(read->id()) + " is there twice");
-    loaded.map.submaps.push_back(read);
-  }
+  };
+  const std::filesystem::path path = folder / name;
+  FileText in_place = read(path);
+  if (in_place.fault.empty()) return in_place;
+  FileText waiting = read(folder / WaitingNameOf(name, static_cast<std::uint32_t>(crc32)));
+  if (waiting.fault.empty()) return waiting;
+  return read(path);  // It may have been put in place since we looked there.
+}
+
+/// A submap's grid, or why there is none.
+using GridOrFault = std::variant<std::string, BrickGrid>;
+
+GridOrFault ReadOctree(const SubmapEntry& entry, const std::filesystem::path& folder) {
+  const std::string name = OctreeNameOf(entry.id);
+  const FileText text = ReadChecked(folder, name, entry.octree_crc32,
+                                    "the check sum does not match, the file is damaged");
+  if (!text.fault.empty()) return text.fault;
+  auto grid = FromOctreeBytes(text.bytes);
+  if (const auto* fault = std::get_if<std::string>(&grid))
+    return (folder / name).string() + ": " + *fault;
+  return std::move(std::get<BrickGrid>(grid));
+}
+
+/// What a folder holds, in the order of map.toml.
+struct Content {
+  std::string map_toml;
+  MapEntries entries;
+  std::vector<GridOrFault> grids;
+  CompactState compact = CompactState::kMissing;
+  std::size_t octrees_read = 0;
+};
+
+/// Fills the grids from `compact`, if any, and those that it does not have from their octrees.
+void ReadGrids(const std::filesystem::path& folder, const std::optional<CompactFile>& compact,
+               Content& content) {
+  const std::size_t count = content.entries.submaps.size();
+  enum class From : char { kCompact, kOctree, kOctreeForDamage };
+  std::vector<From> from(count, From::kOctree);
+  content.grids.resize(count);
+  ParallelFor(count, [&](std::size_t i) {
+    if (compact && compact->IsOf(folder, i)) {
+      auto grid = compact->Grid(i);
+      from[i] = grid ? From::kCompact : From::kOctreeForDamage;
+      if (grid) content.grids[i] = std::move(*grid);
+    }
+    if (from[i] != From::kCompact)
+      content.grids[i] = ReadOctree(content.entries.submaps[i], folder);
+  });
+  content.octrees_read =
+      count - static_cast<std::size_t>(std::count(from.begin(), from.end(), From::kCompact));
+  if (std::find(from.begin(), from.end(), From::kOctreeForDamage) != from.end())
+    content.compact = CompactState::kDamaged;
+}
+
+Content ReadContent(const std::filesystem::path& folder, CompactUse use) {
+  if (!IsMapFolder(folder))
+    throw UsageError(folder.string() + ": no map here: a map is a folder with a map.toml");
+  Content content;
+  content.map_toml = ReadFile(folder / kMapToml);
+  std::optional<CompactFile> compact;
+  if (use == CompactUse::kAllowed)
+    compact = CompactFile::Open(folder / kCompact, content.map_toml, content.compact);
+  content.entries =
+      compact ? compact->entries() : FromMapToml(content.map_toml, (folder / kMapToml).string());
+  ReadGrids(folder, compact, content);
+  return content;
+}
+
+std::vector<const BrickGrid*> PointersTo(const StoredMap& map) {
+  std::vector<const BrickGrid*> grids;
+  for (const SubmapPtr& submap : map.submaps) grids.push_back(&submap->grid);
+  return grids;
 }
 
 }  // namespace
@@ -205,18 +139,85 @@ MapFolderWriter::MapFolderWriter(std::filesystem::path folder) : folder_(std::mo
 }
 
 void MapFolderWriter::AddSubmap(const Submap& submap, const std::string& octree_bytes) {
-  const std::uint32_t checksum = Crc32(octree_bytes);
-  WriteFileAtomically(folder_ / FileNameOf(submap.id()), octree_bytes);
-  checksums_[submap.id()] = checksum;
+  const std::uint32_t crc32 = Crc32(octree_bytes);
+  Stage(OctreeNameOf(submap.id()), octree_bytes, crc32);
+  octrees_[submap.id()] = {crc32, octree_bytes.size()};
+}
+
+void MapFolderWriter::Stage(const std::string& name, const std::string& bytes,
+                            std::uint32_t crc32) {
+  waiting_.erase(name);
+  const std::filesystem::path path = folder_ / name;
+  if (FileHolds(path, bytes)) return;
+  if (!StateOf(path)) {
+    WriteFileAtomically(path, bytes);
+    return;
+  }
+  const std::string waiting = WaitingNameOf(name, crc32);
+  if (!FileHolds(folder_ / waiting, bytes)) WriteFileAtomically(folder_ / waiting, bytes);
+  waiting_[name] = waiting;
 }
 
 void MapFolderWriter::Commit(const StoredMap& map) {
-  WriteFileAtomically(folder_ / "graph.g2o", map.graph_g2o);
-  WriteFileAtomically(folder_ / "map.toml", ToMapToml(map, checksums_, Crc32(map.graph_g2o)));
+  const std::uint32_t graph_crc32 = Crc32(map.graph_g2o);
+  MapEntries entries{
+      .map = {map.voxel_size_m, map.sensor_model, map.run_id, map.complete, graph_crc32},
+      .submaps = {}};
+  for (const SubmapPtr& submap : map.submaps)
+    entries.submaps.push_back(
+        EntryOf(*submap, map.X_WM.at(submap->id()), octrees_.at(submap->id()).crc32));
+  Stage(kGraph, map.graph_g2o, graph_crc32);
+  const std::string map_toml = ToMapToml(entries);
+  if (!FileHolds(folder_ / kMapToml, map_toml)) WriteFileAtomically(folder_ / kMapToml, map_toml);
+  PutInPlace();
+  RemoveLeftovers();
+  WriteCompact(map, map_toml, entries);
+}
+
+void MapFolderWriter::PutInPlace() {
+  while (!waiting_.empty()) {
+    const auto& [name, waiting] = *waiting_.begin();
+    std::error_code error;
+    std::filesystem::rename(folder_ / waiting, folder_ / name, error);
+    if (error)
+      throw SystemError((folder_ / name).string() + ": cannot replace: " + error.message());
+    waiting_.erase(waiting_.begin());
+  }
+}
+
+void MapFolderWriter::RemoveLeftovers() {
+  if (is_tidy_) return;
+  is_tidy_ = true;
+  std::error_code ignored;  // They do no harm.
+  for (const auto& folder : {folder_, folder_ / "submaps"}) {
+    std::filesystem::directory_iterator files(folder, ignored);
+    for (; files != std::filesystem::directory_iterator(); files.increment(ignored))
+      if (IsLeftover(files->path())) std::filesystem::remove(files->path(), ignored);
+  }
+}
+
+void MapFolderWriter::WriteCompact(const StoredMap& map, const std::string& map_toml,
+                                   const MapEntries& entries) {
+  if (!map.complete) {
+    // It would be of a map that will soon be another; one that is there is of an older one.
+    std::error_code ignored;
+    std::filesystem::remove(folder_ / kCompact, ignored);
+    return;
+  }
+  CompactState state;
+  if (CompactFile::Open(folder_ / kCompact, map_toml, state)) return;
+  std::vector<std::uint64_t> octree_bytes;
+  for (const SubmapPtr& submap : map.submaps)
+    octree_bytes.push_back(octrees_.at(submap->id()).bytes);
+  try {
+    WriteCompactFile(folder_ / kCompact, map_toml, entries, PointersTo(map), octree_bytes);
+  } catch (const SystemError& error) {
+    LogLine(error.what());  // The map is saved all the same; it opens more slowly.
+  }
 }
 
 bool IsMapFolder(const std::filesystem::path& folder) {
-  return std::filesystem::is_regular_file(folder / "map.toml");
+  return std::filesystem::is_regular_file(folder / kMapToml);
 }
 
 VogMap ToVogMap(const StoredMap& stored) {
@@ -225,37 +226,27 @@ VogMap ToVogMap(const StoredMap& stored) {
   return map;
 }
 
-LoadedMap LoadMapFolder(const std::filesystem::path& folder) {
-  if (!IsMapFolder(folder))
-    throw UsageError(folder.string() + ": no map here: a map is a folder with a map.toml");
-  const std::string file = (folder / "map.toml").string();
-  toml::table table;
-  try {
-    table = toml::parse_file(file);
-  } catch (const toml::parse_error& error) {
-    throw UsageError(file + ":" + std::to_string(error.source().begin.line) + ": " +
-                     std::string(error.description()));
+LoadedMap LoadMapFolder(const std::filesystem::path& folder, CompactUse use) {
+  Content content = ReadContent(folder, use);
+  const MapEntry& map = content.entries.map;
+  LoadedMap loaded{
+      .map = {map.voxel_size_m, map.sensor_model, map.run_id, map.complete, {}, {}, {}},
+      .faults = {},
+      .compact = content.compact,
+      .octrees_read = content.octrees_read};
+  for (std::size_t i = 0; i < content.grids.size(); ++i) {
+    const SubmapEntry& entry = content.entries.submaps[i];
+    if (const auto* fault = std::get_if<std::string>(&content.grids[i])) {
+      loaded.faults.push_back(*fault);
+      continue;
+    }
+    loaded.map.X_WM.emplace(entry.id, ToPose(entry.X_WM));
+    loaded.map.submaps.push_back(SubmapOf(entry, std::move(std::get<BrickGrid>(content.grids[i]))));
   }
-  const TomlEntries entries(table, file);
-  if (entries.Get<int>("format") != kFormat)
-    throw UsageError(file + ": format " + std::to_string(entries.Get<int>("format")) +
-                     " is not one that this version reads");
-  const toml::table* model = table["sensor_model"].as_table();
-  if (model == nullptr) throw UsageError(file + ": [sensor_model] is missing");
-  LoadedMap loaded;
-  loaded.map.voxel_size_m = entries.GetWithin("voxel_size_m", Between(1e-4, 1e4));
-  loaded.map.run_id = entries.Get<std::int64_t>("run_id");
-  loaded.map.complete = entries.Get<bool>("complete");
-  loaded.map.sensor_model = ReadSensorModel(TomlEntries(*model, file));
-  ReadSubmaps(table, folder, file, loaded);
-  try {
-    loaded.map.graph_g2o = ReadFile(folder / "graph.g2o");
-    if (ToHex(Crc32(loaded.map.graph_g2o)) != entries.Get<std::string>("graph_crc32"))
-      loaded.faults.push_back((folder / "graph.g2o").string() +
-                              ": newer than map.toml or damaged; the poses of map.toml are used");
-  } catch (const SystemError& error) {
-    loaded.faults.push_back(error.what());
-  }
+  FileText graph = ReadChecked(folder, kGraph, map.graph_crc32,
+                               "newer than map.toml or damaged; the poses of map.toml are used");
+  if (!graph.fault.empty()) loaded.faults.push_back(graph.fault);
+  loaded.map.graph_g2o = std::move(graph.bytes);
   return loaded;
 }
 
@@ -264,6 +255,19 @@ void SaveMapFolder(const StoredMap& map, const std::filesystem::path& folder) {
   for (const SubmapPtr& submap : map.submaps)
     writer.AddSubmap(*submap, ToOctreeBytes(submap->grid));
   writer.Commit(map);
+}
+
+void PackMapFolder(const std::filesystem::path& folder) {
+  const Content content = ReadContent(folder, CompactUse::kForbidden);
+  std::vector<const BrickGrid*> grids;
+  std::vector<std::uint64_t> octree_bytes;
+  for (std::size_t i = 0; i < content.grids.size(); ++i) {
+    if (const auto* fault = std::get_if<std::string>(&content.grids[i])) throw UsageError(*fault);
+    grids.push_back(&std::get<BrickGrid>(content.grids[i]));
+    const auto octree = StateOf(folder / OctreeNameOf(content.entries.submaps[i].id));
+    octree_bytes.push_back(octree ? octree->size : 0);
+  }
+  WriteCompactFile(folder / kCompact, content.map_toml, content.entries, grids, octree_bytes);
 }
 
 }  // namespace vog

@@ -2,53 +2,18 @@
 
 #include <gtest/gtest.h>
 
-#include <fstream>
-
 #include "lib/base/errors.h"
-#include "lib/base/files.h"
+#include "lib/base/parallel.h"
 #include "lib/submap/octree_file.h"
-#include "lib/submap/submaps_testing.h"
+#include "lib/vogmap/map_folder_testing.h"
 
 namespace vog {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// Without flushing to the disk, which makes many small writes slow.
-void Overwrite(const fs::path& path, const std::string& bytes) {
-  fs::remove(path);
-  std::ofstream(path, std::ios::binary) << bytes;
-}
-
-StoredMap MakeMap(int submaps, Random& random) {
-  StoredMap map;
-  map.voxel_size_m = 0.095;
-  map.sensor_model.hit_probability = 0.65;
-  map.run_id = 1234567890123456789;
-  map.complete = true;
-  for (int id = 0; id < submaps; ++id) {
-    map.submaps.push_back(RandomSubmap(id, map.voxel_size_m, random));
-    map.X_WM[id] = RandomPose(20, random);
-  }
-  map.graph_g2o = "VERTEX_SE3:QUAT 0 0 0 0 0 0 0 1\n";
-  return map;
-}
-
-/// All files below a folder, by name.
-std::map<std::string, std::string> FilesOf(const fs::path& folder) {
-  std::map<std::string, std::string> files;
-  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    if (entry.is_regular_file())
-      files[fs::relative(entry.path(), folder).string()] = ReadFile(entry.path());
-  }
-  return files;
-}
-
-class MapFolderTest : public testing::Test {
+class MapFolderTest : public MapFolderTesting {
  protected:
-  MapFolderTest() { fs::remove_all(folder_); }
-  ~MapFolderTest() override { fs::remove_all(folder_); }
-
   std::string ErrorOfLoading() const {
     try {
       LoadMapFolder(folder_);
@@ -73,42 +38,13 @@ class MapFolderTest : public testing::Test {
     ASSERT_NE(text.find(from), std::string::npos) << from;
     Overwrite(folder_ / "map.toml", text.replace(text.find(from), from.size(), to));
   }
-
-  Random random_{1, "map_folder"};
-  StoredMap map_ = MakeMap(3, random_);
-  fs::path folder_ =
-      fs::path(testing::TempDir()) /
-      (std::string("map_folder_") + testing::UnitTest::GetInstance()->current_test_info()->name());
 };
 
 TEST_F(MapFolderTest, ReadsBackWhatWasSaved) {
   SaveMapFolder(map_, folder_);
   const LoadedMap loaded = LoadMapFolder(folder_);
   EXPECT_TRUE(loaded.faults.empty());
-  EXPECT_EQ(loaded.map.voxel_size_m, map_.voxel_size_m);
-  EXPECT_EQ(loaded.map.sensor_model.hit_probability, map_.sensor_model.hit_probability);
-  EXPECT_EQ(loaded.map.run_id, map_.run_id);
-  EXPECT_TRUE(loaded.map.complete);
-  EXPECT_EQ(loaded.map.graph_g2o, map_.graph_g2o);
-  ASSERT_EQ(loaded.map.submaps.size(), map_.submaps.size());
-  for (std::size_t i = 0; i < map_.submaps.size(); ++i) {
-    const Submap &read = *loaded.map.submaps[i], &wrote = *map_.submaps[i];
-    EXPECT_EQ(read.id(), wrote.id());
-    EXPECT_EQ(read.scans, wrote.scans);
-    EXPECT_EQ(read.first_scan, wrote.first_scan);
-    EXPECT_EQ(read.last_scan, wrote.last_scan);
-    EXPECT_EQ(read.drift, wrote.drift);
-    EXPECT_EQ(read.base.odometry.time, wrote.base.odometry.time);
-    EXPECT_EQ(read.base.odometry.origin, wrote.base.odometry.origin);
-    EXPECT_EQ(read.base.odometry.segment, wrote.base.odometry.segment);
-    EXPECT_TRUE(read.X_ML.isApprox(wrote.X_ML, 1e-14));
-    EXPECT_EQ(read.base.odometry.covariance, wrote.base.odometry.covariance);
-    EXPECT_TRUE(read.base.odometry.X_OB.isApprox(wrote.base.odometry.X_OB, 1e-14));
-    EXPECT_TRUE(read.base.edge.X_PM.isApprox(wrote.base.edge.X_PM, 1e-14));
-    EXPECT_EQ(read.base.edge.covariance, wrote.base.edge.covariance);
-    EXPECT_EQ(TableOf(read.grid), TableOf(wrote.grid));
-    EXPECT_TRUE(loaded.map.X_WM.at(read.id()).isApprox(map_.X_WM.at(read.id()), 1e-14));
-  }
+  ExpectSameMaps(loaded.map, map_, /*exactly=*/false);
 }
 
 TEST_F(MapFolderTest, SavingALoadedMapGivesTheSameBytes) {
@@ -123,7 +59,7 @@ TEST_F(MapFolderTest, SavingALoadedMapGivesTheSameBytes) {
   }
   SaveMapFolder(map_, folder_);
   const auto files = FilesOf(folder_);
-  EXPECT_EQ(files.size(), 5u);
+  EXPECT_EQ(files.size(), 6u);
   SaveMapFolder(LoadMapFolder(folder_).map, folder_);
   EXPECT_TRUE(FilesOf(folder_) == files);
 }
@@ -197,6 +133,95 @@ TEST_F(MapFolderTest, ACrashBeforeTheCommitLeavesTheMapOfBefore) {
   EXPECT_EQ(LoadMapFolder(folder_).map.submaps.size(), 4u);
 }
 
+TEST_F(MapFolderTest, ADamagedCheckSumCostsOneSubmap) {
+  SaveMapFolder(map_, folder_);
+  const std::string good = ReadFile(folder_ / "map.toml");
+  for (const char* sum : {"0000000g", "0", "123456789", "00000000"}) {
+    Overwrite(folder_ / "map.toml", good);
+    Edit("\ncrc32 = \"", "\ncrc32 = \"" + std::string(sum) + "\" # ");
+    const LoadedMap loaded = LoadMapFolder(folder_);
+    EXPECT_EQ(loaded.map.submaps.size(), 2u) << sum;
+    EXPECT_EQ(loaded.faults.size(), 1u) << sum;
+  }
+}
+
+TEST_F(MapFolderTest, AnotherMapReplacesTheOneThereAsAWhole) {
+  SaveMapFolder(map_, folder_);
+  const StoredMap before = LoadMapFolder(folder_).map;
+  StoredMap other = MakeMap(5, random_);
+  other.graph_g2o = "VERTEX_SE3:QUAT 0 1 0 0 0 0 0 1\n";
+  const fs::path elsewhere = folder_.string() + "_elsewhere";
+  SaveMapFolder(other, elsewhere);
+  const auto expected = FilesOf(elsewhere);
+
+  // Killed before map.toml is there: the old map, with all its files.
+  {
+    MapFolderWriter killed(folder_);
+    for (const SubmapPtr& submap : other.submaps)
+      killed.AddSubmap(*submap, ToOctreeBytes(submap->grid));
+    LoadedMap loaded = LoadMapFolder(folder_);
+    EXPECT_TRUE(loaded.faults.empty());
+    ExpectSameMaps(loaded.map, before);
+    Overwrite(folder_ / ("graph-" + ToHex(Crc32(other.graph_g2o)) + ".g2o"), other.graph_g2o);
+    Overwrite(folder_ / "compact.bin.tmp", "half a comp");
+    loaded = LoadMapFolder(folder_);
+    EXPECT_TRUE(loaded.faults.empty());
+    ExpectSameMaps(loaded.map, before);
+  }
+  // Killed after it: the new one, though its files are not in place yet.
+  Overwrite(folder_ / "map.toml", expected.at("map.toml"));
+  const LoadedMap loaded = LoadMapFolder(folder_);
+  EXPECT_TRUE(loaded.faults.empty());
+  EXPECT_EQ(loaded.compact, CompactState::kStale);
+  ExpectSameMaps(loaded.map, LoadMapFolder(elsewhere).map);
+
+  // The next one who writes tidies up. Nothing tells what was there before.
+  SaveMapFolder(other, folder_);
+  EXPECT_TRUE(FilesOf(folder_) == expected);
+  fs::remove_all(elsewhere);
+}
+
+TEST_F(MapFolderTest, OnlyWhatHasChangedIsWritten) {
+  SaveMapFolder(map_, folder_);
+  const auto old = fs::file_time_type::clock::now() - std::chrono::hours(1);
+  const auto age = [&] {
+    for (const auto& entry : fs::recursive_directory_iterator(folder_))
+      if (entry.is_regular_file()) fs::last_write_time(entry.path(), old);
+  };
+  const auto written = [&] {
+    std::vector<std::string> names;
+    for (const auto& [name, bytes] : FilesOf(folder_))
+      if (fs::last_write_time(folder_ / name) > old + std::chrono::minutes(1))
+        names.push_back(name);
+    return names;
+  };
+  age();
+  SaveMapFolder(map_, folder_);
+  EXPECT_EQ(written(), std::vector<std::string>{});
+
+  map_.submaps.push_back(RandomSubmap(3, map_.voxel_size_m, random_));
+  map_.X_WM[3] = Pose3::Identity();
+  SaveMapFolder(map_, folder_);
+  EXPECT_EQ(written(), (std::vector<std::string>{"compact.bin", "map.toml", "submaps/000003.ot"}));
+}
+
+TEST_F(MapFolderTest, LoadsTheSameWithAnyNumberOfThreads) {
+  map_ = MakeMap(12, random_);
+  SaveMapFolder(map_, folder_);
+  for (const char* name : {"submaps/000003.ot", "submaps/000007.ot", "submaps/000008.ot"})
+    Overwrite(folder_ / name, "damaged");
+  for (const CompactUse use : {CompactUse::kAllowed, CompactUse::kForbidden}) {
+    SetParallelThreads(1);
+    const LoadedMap one = LoadMapFolder(folder_, use);
+    SetParallelThreads(4);
+    const LoadedMap four = LoadMapFolder(folder_, use);
+    SetParallelThreads(0);
+    EXPECT_EQ(one.faults.size(), 3u);
+    EXPECT_EQ(one.faults, four.faults);
+    ExpectSameMaps(one.map, four.map);
+  }
+}
+
 TEST_F(MapFolderTest, FailsWhereNothingCanBeWritten) {
   Overwrite(folder_, "a file, not a folder");
   EXPECT_THROW(SaveMapFolder(map_, folder_), SystemError);
@@ -227,6 +252,7 @@ TEST_F(MapFolderTest, SaysWhatIsWrongWithAMap) {
       {"X_WM = [", "X_WM = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0] # "},
       {"drift = [", "drift = 5 # "},
       {"scans = 10", "scans = \"ten\""},
+      {"graph_crc32", "graph_crc"},
       {"id = 1\n", "id = 0\n"},
       {"id = 0\n", "id = -1\n"}};
   SaveMapFolder(map_, folder_);

@@ -54,7 +54,6 @@ class MapServiceNode {
   G2oGraph Graph() const;
   void PublishSubmap(const submap_t& message, Time time);
   void PublishStatus(Time time);
-  map_reply_t Answer(const map_request_t& request) const;
 
   MapServiceSettings settings_;
   Endpoint endpoint_;

@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <cctype>
 
+#include "lib/base/errors.h"
+#include "lib/base/files.h"
 #include "lib/geometry/cloud_file.h"
 #include "lib/posegraph/g2o.h"
+#include "lib/submap/octree_file.h"
 #include "tools/map/scan_graph_file.h"
 
 namespace vog {
@@ -130,6 +133,20 @@ StoredMap ImportScanGraph(const std::filesystem::path& file, const ImportOptions
     }
     maker.Add(std::move(grid), X_WM, static_cast<int>(end - first));
   }
+  return maker.Finish();
+}
+
+StoredMap ImportOctree(const std::filesystem::path& file, const ImportOptions& options) {
+  const std::string bytes = ReadFile(file);
+  auto grid = file.extension() == ".bt"
+                  ? FromBinaryOctreeBytes(bytes, SensorModel(options.sensor_model))
+                  : FromOctreeBytes(bytes);
+  if (const auto* fault = std::get_if<std::string>(&grid))
+    throw UsageError(file.string() + ": " + *fault);
+  ImportOptions own = options;
+  own.submap.voxel_size_m = std::get<BrickGrid>(grid).grid().voxel_size_m();
+  MapMaker maker(own);
+  maker.Add(std::move(std::get<BrickGrid>(grid)), options.z_down ? FlipZ() : Pose3::Identity(), 1);
   return maker.Finish();
 }
 

@@ -31,4 +31,8 @@ StoredMap ImportClouds(const std::filesystem::path& folder, const ImportOptions&
 /// space along their rays. @throws UsageError.
 StoredMap ImportScanGraph(const std::filesystem::path& file, const ImportOptions& options);
 
+/// An OctoMap octree (.ot, or .bt, whose voxels get the sensor model's clamps) becomes one submap
+/// at the origin, with the octree's own voxel size. @throws UsageError naming the file.
+StoredMap ImportOctree(const std::filesystem::path& file, const ImportOptions& options);
+
 }  // namespace vog

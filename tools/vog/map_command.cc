@@ -6,12 +6,16 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "lib/base/config_tables.h"
 #include "lib/base/log.h"
 #include "lib/baselines/make_submap_map.h"
+#include "lib/bus/process.h"
 #include "lib/occupancy/ray_answers.h"
+#include "procs/map_service/map_server_node.h"
 #include "tools/map/map_bench.h"
 #include "tools/map/map_export.h"
 #include "tools/map/map_import.h"
+#include "tools/map/map_merge.h"
 #include "tools/mission/replay.h"
 #include "tools/vog/commands.h"
 
@@ -68,6 +72,19 @@ Json LogOddsJson(float log_odds) { return IsKnown(log_odds) ? Json(log_odds) : J
 
 Json VectorJson(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
+void RejectExisting(const std::string& folder) {
+  if (IsMapFolder(folder))
+    throw UsageError(folder + ": there is a map already; choose another folder");
+}
+
+/// Makes a map that a command has written fast to open, and says what it is.
+void FinishMap(const std::string& folder) {
+  const LoadedMap loaded = LoadMapFolder(folder);
+  for (const std::string& fault : loaded.faults) LogLine(fault);
+  if (loaded.compact != CompactState::kValid) PackMapFolder(folder);
+  std::printf("%zu submaps in %s\n", loaded.map.submaps.size(), folder.c_str());
+}
+
 // --- build ---
 
 struct BuildArguments {
@@ -82,29 +99,30 @@ void Build(const BuildArguments& arguments) {
   const std::filesystem::path source = arguments.source;
   if (!std::filesystem::exists(source))
     throw UsageError(source.string() + ": no such file or folder");
-  if (IsMapFolder(arguments.out))
-    throw UsageError(arguments.out + ": there is a map already; choose another folder");
+  RejectExisting(arguments.out);
   if (std::filesystem::is_directory(source)) {
     SaveMapFolder(ImportClouds(source, options), arguments.out);
   } else if (source.extension() == ".graph") {
     SaveMapFolder(ImportScanGraph(source, options), arguments.out);
+  } else if (source.extension() == ".ot" || source.extension() == ".bt") {
+    SaveMapFolder(ImportOctree(source, options), arguments.out);
   } else {
     BuildMapFromLog(source,
                     arguments.config.empty() ? ConfigOfLog(source) : Config::Load(arguments.config),
                     arguments.out);
   }
-  const StoredMap map = Load(arguments.out);
-  std::printf("%zu submaps in %s\n", map.submaps.size(), arguments.out.c_str());
+  FinishMap(arguments.out);
 }
 
 void AddBuild(CLI::App& map) {
   auto* command = map.add_subcommand(
       "build",
       "Make a map from recorded data: a folder of .pcd clouds with poses in VIEWPOINT (a "
-      "submap each), an OctoMap .graph scan log, or an LCM log.");
+      "submap each), an OctoMap .graph scan log, an OctoMap octree (.ot, .bt), or an LCM log.");
   const auto arguments = std::make_shared<BuildArguments>();
   ImportOptions& options = arguments->options;
-  command->add_option("source", arguments->source, "folder, .graph or LCM log")->required();
+  command->add_option("source", arguments->source, "folder, .graph, .ot, .bt or LCM log")
+      ->required();
   command->add_option("--out", arguments->out, "the map's folder")->required();
   command->add_option("--voxel-size", options.submap.voxel_size_m, "side of a voxel [m]")
       ->check(CLI::Range(0.005, 5.0))
@@ -125,7 +143,89 @@ void AddBuild(CLI::App& map) {
   command->callback([arguments] { Build(*arguments); });
 }
 
+// --- merge, pack ---
+
+void AddMerge(CLI::App& map) {
+  struct Arguments {
+    std::vector<std::string> maps;
+    std::string out;
+  };
+  auto* command = map.add_subcommand(
+      "merge",
+      "Put maps into one: their submaps renumbered, at the poses they have, with no edge between "
+      "the maps.");
+  const auto arguments = std::make_shared<Arguments>();
+  command->add_option("maps", arguments->maps, "map folders")->required();
+  command->add_option("--out", arguments->out, "the new map's folder")->required();
+  command->callback([arguments] {
+    RejectExisting(arguments->out);
+    SaveMapFolder(MergeMaps({arguments->maps.begin(), arguments->maps.end()}), arguments->out);
+    FinishMap(arguments->out);
+  });
+}
+
+void AddPack(CLI::App& map) {
+  auto* command = map.add_subcommand(
+      "pack", "Make a map's compact.bin anew from its octrees, so that it opens fast.");
+  const auto folder = std::make_shared<std::string>();
+  command->add_option("map", *folder, "map folder")->required();
+  command->callback([folder] { PackMapFolder(*folder); });
+}
+
+// --- serve ---
+
+struct ServeArguments {
+  std::string map, config;
+  std::vector<std::string> settings;
+};
+
+void Serve(const ServeArguments& arguments) {
+  Config config = arguments.config.empty() ? Config() : Config::Load(arguments.config);
+  for (const std::string& setting : arguments.settings) config.Set(setting);
+  config.RejectUnknownTables(kConfigTables);
+  const auto options = config.Read<BusOptions>("bus");
+  const std::atomic<bool>& stop = StopSignal();
+  LcmBus bus(options);
+  MapServerNode node(bus, ToVogMap(Load(arguments.map)), options.run_id);
+  std::printf("serving %s until Ctrl-C\n", arguments.map.c_str());
+  std::fflush(stdout);
+  bus.Run(stop);
+}
+
+void AddServe(CLI::App& map) {
+  auto* command = map.add_subcommand(
+      "serve",
+      "Answer MAP_REQUEST (points, ray, box, snapshot) over LCM for a saved map, which stays as "
+      "it is, until Ctrl-C.");
+  const auto arguments = std::make_shared<ServeArguments>();
+  command->add_option("map", arguments->map, "map folder")->required();
+  command->add_option("--config", arguments->config, "mission file whose table [bus] to use");
+  command->add_option("--set", arguments->settings, "bus.key=value, on top of the file");
+  command->callback([arguments] { Serve(*arguments); });
+}
+
 // --- info ---
+
+const char* NameOf(CompactState state) {
+  switch (state) {
+    case CompactState::kMissing:
+      return "missing";
+    case CompactState::kStale:
+      return "stale";
+    case CompactState::kDamaged:
+      return "damaged";
+    case CompactState::kValid:
+      break;
+  }
+  return "valid";
+}
+
+std::uintmax_t BytesOnDisk(const std::string& folder) {
+  std::uintmax_t bytes = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
+    if (entry.is_regular_file()) bytes += entry.file_size();
+  return bytes;
+}
 
 struct InfoArguments {
   std::string map;
@@ -158,6 +258,8 @@ void ShowInfo(const InfoArguments& arguments) {
                {"known_voxels", known},
                {"occupied_voxels", occupied},
                {"kb_per_submap", per_submap(bytes) / 1024},
+               {"bytes_on_disk", BytesOnDisk(arguments.map)},
+               {"compact_file", NameOf(loaded.compact)},
                {"min_W_m", bounds_W.isEmpty() ? Json(nullptr) : VectorJson(bounds_W.min())},
                {"max_W_m", bounds_W.isEmpty() ? Json(nullptr) : VectorJson(bounds_W.max())},
                {"faults", loaded.faults}};
@@ -381,6 +483,9 @@ void AddMapCommand(CLI::App& app) {
   auto* map = app.add_subcommand("map", "Build maps from recorded data, and ask them.");
   map->require_subcommand(1);
   AddBuild(*map);
+  AddMerge(*map);
+  AddPack(*map);
+  AddServe(*map);
   AddInfo(*map);
   AddQuery(*map);
   AddRaycast(*map);

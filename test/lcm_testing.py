@@ -1,0 +1,55 @@
+"""Just enough of LCM to ask a process something: packets on UDP multicast, types by lcm-gen."""
+
+import importlib
+import socket
+import struct
+import subprocess
+import sys
+import time
+
+from vog_testing import ROOT
+
+GROUP = "239.255.76.67"
+SHORT_MESSAGE = 0x4c433032
+
+
+def import_types(folder):
+    """The messages of lcmtypes as the Python package `vog`, made in `folder`."""
+    subprocess.run(["lcm-gen", "--python", "--ppath", str(folder),
+                    *map(str, sorted((ROOT / "lcmtypes").glob("*.lcm")))], check=True)
+    sys.path.insert(0, str(folder))
+    return importlib.import_module("vog")
+
+
+class Listener:
+    """Says and hears short messages on one port of this machine."""
+
+    def __init__(self, port):
+        self.address = (GROUP, port)
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        self.socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)
+        self.socket.bind(self.address)
+        self.socket.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP,
+                               socket.inet_aton(GROUP) + socket.inet_aton("0.0.0.0"))
+
+    def close(self):
+        self.socket.close()
+
+    def say(self, channel, message):
+        self.socket.sendto(struct.pack(">II", SHORT_MESSAGE, 0) + channel.encode() + b"\0"
+                           + message.encode(), self.address)
+
+    def hear(self, channel, timeout_s):
+        """The next short message on `channel`, or None."""
+        end = time.monotonic() + timeout_s
+        while (left_s := end - time.monotonic()) > 0:
+            self.socket.settimeout(left_s)
+            try:
+                packet = self.socket.recv(1 << 16)
+            except TimeoutError:
+                return None
+            name, _, content = packet[8:].partition(b"\0")
+            if packet[:4] == struct.pack(">I", SHORT_MESSAGE) and name.decode() == channel:
+                return content
+        return None

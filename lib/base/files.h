@@ -71,8 +71,8 @@ class MappedFile {
 /// CRC-32 of zlib and PNG.
 std::uint32_t Crc32(std::string_view bytes);
 
-/// A check sum as fast as memory, for large files of this program alone. Damage within one word of 8
-/// bytes is always noticed, any other but once in 2^64 times.
+/// A check sum as fast as memory, for large files of this program alone. Damage within one word of
+/// 8 bytes is always noticed, any other but once in 2^64 times.
 std::uint64_t Checksum64(std::string_view bytes);
 
 /// Eight hexadecimal digits, as map.toml holds them.

@@ -65,11 +65,11 @@ class MethodBench {
   /// How many of `count` items a measurement takes: fewer where each read asks every submap, so
   /// that it is done before long.
   std::size_t Affordable(std::size_t count, double reads_each) const {
-    constexpr double kLookUps = 1.2e7;
-    constexpr std::size_t kLeast = 3;
-    if (method_.remembers) return count;
-    const double affordable = kLookUps / (reads_each * static_cast<double>(submaps_.size()));
-    return std::clamp(static_cast<std::size_t>(affordable), std::min(count, kLeast), count);
+    constexpr double kLeast = 3;
+    const double all = static_cast<double>(count);
+    const double affordable =
+        method_.most_look_ups / (reads_each * static_cast<double>(submaps_.size()));
+    return static_cast<std::size_t>(std::clamp(affordable, std::min(kLeast, all), all));
   }
 
   void ChooseStepRays() {
@@ -147,13 +147,15 @@ class MethodBench {
 }  // namespace
 
 const std::vector<BenchMethod>& AllBenchMethods() {
+  constexpr double kAnyNumber = std::numeric_limits<double>::infinity();
   constexpr int kAnySize = std::numeric_limits<int>::max();
   // An octree takes some 0.5 MB.
   constexpr int kOctrees = 2000;
-  static const std::vector<BenchMethod> methods = {{MapMethod::kCached, true, kAnySize},
-                                                   {MapMethod::kDirect, false, kAnySize},
-                                                   {MapMethod::kAlgorithm1, false, kOctrees},
-                                                   {MapMethod::kIncrementalMerge, true, kAnySize}};
+  static const std::vector<BenchMethod> methods = {
+      {MapMethod::kCached, kAnyNumber, kAnySize},
+      {MapMethod::kDirect, 1.2e7, kAnySize},
+      {MapMethod::kAlgorithm1, 2e6, kOctrees},
+      {MapMethod::kIncrementalMerge, kAnyNumber, kAnySize}};
   return methods;
 }
 

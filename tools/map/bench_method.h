@@ -13,7 +13,9 @@ namespace vog {
 /// A way to answer, and how to measure it.
 struct BenchMethod {
   MapMethod method;
-  bool remembers;    ///< A warm read costs a look-up; otherwise one in each submap.
+  /// Of one measurement, where each read looks into each submap; infinite where answers are
+  /// remembered.
+  double most_look_ups;
   int most_submaps;  ///< That fit in memory.
 
   std::string name() const { return NameOf(MapMethodNames(), method); }

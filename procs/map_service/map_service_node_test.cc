@@ -573,6 +573,121 @@ TEST_F(MapServiceNodeTest, ANewNavigationSegmentClosesTheSubmap) {
   EXPECT_EQ(Status().open.submap_id, 1);
 }
 
+/// A service that fuses, and SLAM tells where the submaps truly are.
+class MapServiceFusionTest : public MapServiceNodeTest {
+ protected:
+  MapServiceFusionTest() {
+    settings_.fuse.enabled = true;
+    Start();
+  }
+
+  void DriveAndSayTruePoses(int submaps) {
+    for (int i = 0; i < submaps; ++i) {
+      vehicle_.Drive(kScansPerSubmap);
+      submap_poses_t poses{};
+      poses.version = ++version_;
+      for (const SubmapPtr& submap : ExpectedSubmaps()) {
+        poses.submap_id.push_back(submap->id());
+        poses.X_WM.push_back(ToMessage(submap->base.odometry.X_OB));
+        poses.sigma_xy_m.push_back(0.01f);
+        ++poses.count;
+      }
+      bench_.Say(outputs::kSubmapPoses, poses, bench_.queue.now());
+      bench_.RunFor(Duration(0));
+    }
+  }
+  /// Submaps that the service's map shows.
+  std::int64_t Shown() {
+    bench_.RunFor(std::chrono::seconds(1));
+    return bench_.CounterOf("vog-map-service", "submaps") -
+           bench_.CounterOf("vog-map-service", "fused");
+  }
+
+  std::int64_t version_ = 0;
+};
+
+TEST_F(MapServiceFusionTest, TheMapStaysSmallAndEverySubmapReachable) {
+  DriveAndSayTruePoses(20);
+  const std::int64_t shown = Shown();
+  DriveAndSayTruePoses(20);
+  EXPECT_EQ(bench_.CounterOf("vog-map-service", "submaps"), 40);
+  EXPECT_LE(Shown(), shown) << "a second round adds nothing";
+  EXPECT_LE(shown, 12);
+
+  const auto expected = ExpectedSubmaps();
+  bench_.Forget();
+  map_request_t request{};
+  request.kind = "submaps";
+  bench_.Say(outputs::kMapRequest, request, bench_.queue.now());
+  bench_.RunFor(Duration(0));
+  const auto told = ToldSubmaps();
+  ASSERT_EQ(told.size(), expected.size());
+  const LoadedMap loaded = LoadMapFolder(settings_.map.directory);
+  EXPECT_TRUE(loaded.faults.empty());
+  ASSERT_EQ(loaded.map.submaps.size(), expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    ExpectSame(*told[i], *expected[i]);
+    ExpectSame(*loaded.map.submaps[i], *expected[i]);
+  }
+}
+
+TEST_F(MapServiceFusionTest, ARestartFusesAnew) {
+  DriveAndSayTruePoses(12);
+  const std::int64_t shown = Shown();
+  EXPECT_LT(shown, 12);
+  const map_status_t before = Status();
+  Start();
+  vehicle_.Drive(1);
+  EXPECT_EQ(Status().digest, before.digest);
+  DriveAndSayTruePoses(settings_.fuse.settled_versions + 2);
+  EXPECT_LE(Shown(), shown + settings_.fuse.settled_versions + 2);
+}
+
+// Fusing samples most submaps up to half a voxel's diagonal away: that may tell near a surface, and
+// where what was seen ends, but nowhere else.
+TEST_F(MapServiceFusionTest, AnswersChangeOnlyNearSurfaces) {
+  DriveAndSayTruePoses(40);
+  VogMap apart(settings_.submap.voxel_size_m, SensorModel(settings_.sensor_model));
+  for (const SubmapPtr& submap : ExpectedSubmaps()) apart.Place(submap, submap->base.odometry.X_OB);
+  const Eigen::AlignedBox3d& room_W = vehicle_.room_W;
+  const double voxel_m = settings_.submap.voxel_size_m;
+  const VoxelBox box =
+      VoxelsOf(apart.grid(), {room_W.min().array() - 0.5, room_W.max().array() + 0.5});
+  std::vector<float> expected;
+  apart.LogOddsIn(box, expected);
+  const map_reply_t fused =
+      Ask(Points({room_W.min().array() - 0.5, room_W.max().array() + 0.5}, "box"));
+  ASSERT_EQ(fused.log_odds.size(), expected.size());
+
+  int away = 0, near = 0, near_changed = 0, known_changed = 0, known = 0;
+  std::size_t i = 0;
+  ForEachVoxel(box, [&](const VoxelKey& voxel) {
+    const float before = expected[i], after = fused.log_odds[i];
+    ++i;
+    if (!IsKnown(before) && !IsKnown(after)) return;
+    ++known;
+    if (IsKnown(before) != IsKnown(after)) {
+      ++known_changed;
+      return;
+    }
+    const Vec3 center_W = apart.grid().CenterOf(voxel);
+    const Vec3 to_walls_m = (room_W.max() - center_W).cwiseMin(center_W - room_W.min()).cwiseAbs();
+    const bool is_changed = apart.IsOccupied(before) != apart.IsOccupied(after);
+    if (to_walls_m.minCoeff() >= 2 * voxel_m) {
+      ++away;
+      EXPECT_FALSE(is_changed) << center_W.transpose();
+    } else {
+      ++near;
+      near_changed += is_changed;
+    }
+  });
+  std::printf("away %d, near %d, changed %d, known %d, known changed %d\n", away, near,
+              near_changed, known, known_changed);
+  EXPECT_GT(away, 5000);
+  EXPECT_LT(near_changed, 0.05 * near);
+  EXPECT_LT(known_changed, 0.05 * known);
+}
+
 /// Collects submaps as a process does.
 struct Listener {
   Listener(Bus& bus, const std::string& name)

@@ -13,6 +13,7 @@
 #include "lib/scan/scan_synchronizer.h"
 #include "lib/submap/open_submap.h"
 #include "lib/submap/submap_builder.h"
+#include "lib/vogmap/submap_fuser.h"
 #include "lib/vogmap/vog_map.h"
 
 namespace vog {
@@ -24,6 +25,7 @@ struct PlannerSettings {
   SonarOptions sonar;
   SubmapOptions submap;
   SensorModelOptions sensor_model;
+  FuseOptions fuse;
   std::int64_t run_id = 0;
 
   static PlannerSettings From(const Config& config);
@@ -36,6 +38,9 @@ class PlannerNode {
  public:
   PlannerNode(Bus& bus, const PlannerSettings& settings);
 
+  /// What it plans on.
+  const OccupancyMap& planning_map() const;
+
  private:
   bool UsesStandardMap() const { return settings_.mission.mode == MissionMode::kStandard; }
   void OnSubmap(const SubmapPtr& submap);
@@ -46,7 +51,6 @@ class PlannerNode {
   void AddScans();
   void AddToOpen(const RegisteredScan& registered);
   void OnPose(const pose_estimate_t& message);
-  const OccupancyMap& planning_map() const;
   void MeasureExplored();
   void ShowOpen(const Pose3& X_WO, std::int64_t segment);
   void PublishPlan(const Plan& plan, Time time);
@@ -57,6 +61,7 @@ class PlannerNode {
   Explorer explorer_;
   ScanSynchronizer synchronizer_;
   VogMap map_;
+  SubmapFuser submaps_;  // Shown in map_.
   OpenSubmap open_;
   StandardMap standard_map_;
   std::map<SubmapId, Pose3> X_WM_;  // Newest poses from SLAM.

@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <variant>
 
+#include "lib/base/files.h"
 #include "lib/submap/octree_file.h"
 #include "lib/vogmap/fuse_submaps.h"
 
@@ -37,7 +38,7 @@ void SubmapFuser::Place(SubmapPtr submap, const Pose3& X_WM) {
   placed.bounds_M = placed.submap->grid.BrickBounds();
   if (const auto found = nodes_.find(id); found != nodes_.end())
     placed.sigma_m = found->second.placed.sigma_m;
-  nodes_[id] = {std::move(placed), {}};
+  nodes_[id] = {std::move(placed), {}, 0};
 }
 
 void SubmapFuser::Move(const std::map<SubmapId, Pose3>& X_WM,
@@ -79,13 +80,30 @@ std::vector<SubmapId> SubmapFuser::ids() const {
 SubmapPtr SubmapFuser::submap(SubmapId id) const {
   const Node& node = nodes_.at(id);
   if (!node.is_packed()) return node.placed.submap;
-  return WithGrid(*node.placed.submap, std::get<BrickGrid>(FromOctreeBytes(node.octree_bytes)));
+  return WithGrid(*node.placed.submap, GridOf(node));
 }
 
 std::size_t SubmapFuser::packed_bytes() const {
   std::size_t bytes = 0;
-  for (const auto& [id, node] : nodes_) bytes += node.octree_bytes.size();
+  for (const auto& [id, node] : nodes_) bytes += node.packed_grid.size();
   return bytes;
+}
+
+void SubmapFuser::Pack(Node& node) const {
+  const std::string octree_bytes = ToOctreeBytes(node.placed.submap->grid);
+  node.packed_grid = Compress(octree_bytes);
+  node.octree_bytes = octree_bytes.size();
+  node.placed.submap = WithGrid(*node.placed.submap, BrickGrid(map_.grid().voxel_size_m()));
+}
+
+BrickGrid SubmapFuser::GridOf(const Node& packed) {
+  return std::get<BrickGrid>(FromOctreeBytes(*Decompress(packed.packed_grid, packed.octree_bytes)));
+}
+
+void SubmapFuser::Unpack(Node& node) const {
+  node.placed.submap = WithGrid(*node.placed.submap, GridOf(node));
+  node.packed_grid = {};
+  node.octree_bytes = 0;
 }
 
 double SubmapFuser::DistanceBetween(const PlacedSubmap& placed, const Pose3& X_FM,
@@ -117,9 +135,7 @@ bool SubmapFuser::Disagrees(const Node& first, const Group& group) const {
 void SubmapFuser::TakeApart(SubmapId first) {
   for (const auto& [id, X_FM] : groups_.at(first)) {
     Node& node = nodes_.at(id);
-    node.placed.submap = submap(id);
-    node.octree_bytes.clear();
-    node.octree_bytes.shrink_to_fit();
+    Unpack(node);
     map_.Place(node.placed.submap, node.placed.X_WM);
   }
   groups_.erase(first);
@@ -185,8 +201,7 @@ void SubmapFuser::Join(SubmapId first, const std::vector<SubmapId>& ids) {
   for (const SubmapId id : ids) {
     Node& node = nodes_.at(id);
     groups_[first][id] = into.X_MW * node.placed.X_WM;
-    node.octree_bytes = ToOctreeBytes(node.placed.submap->grid);
-    node.placed.submap = WithGrid(*node.placed.submap, BrickGrid(map_.grid().voxel_size_m()));
+    Pack(node);
     map_.Remove(id);
   }
 }

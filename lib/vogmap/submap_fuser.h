@@ -49,8 +49,8 @@ struct FuseOptions {
 /// where the poses of a member have since moved by more than `tolerance_voxels` from where it was
 /// fused: its members are shown singly again, and may join anew once they have settled.
 ///
-/// The same calls give the same map. Fused submaps but the first are kept as octree files in
-/// memory, to be taken out again: memory grows with them, by much less than with their grids.
+/// The same calls give the same map. Fused submaps but the first are kept in memory as compressed
+/// octree files, to be taken out again: memory grows with them, by much less than with their grids.
 class SubmapFuser {
  public:
   /// `map` must outlive this, and its closed submaps be changed by this alone.
@@ -85,13 +85,17 @@ class SubmapFuser {
 
  private:
   struct Node {
-    PlacedSubmap placed;       // The grid is empty where it is packed.
-    std::string octree_bytes;  // The grid of a packed submap: one that was fused into another.
-    bool is_packed() const { return !octree_bytes.empty(); }
+    PlacedSubmap placed;      // The grid is empty while it is packed.
+    std::string packed_grid;  // Of a submap that was fused into another: a compressed octree file
+    std::size_t octree_bytes = 0;  // of this size.
+    bool is_packed() const { return octree_bytes > 0; }
   };
   /// The members but the first, at the poses in its frame F at which they were fused.
   using Group = std::map<SubmapId, Pose3>;
 
+  void Pack(Node& node) const;
+  void Unpack(Node& node) const;
+  static BrickGrid GridOf(const Node& packed);
   void SplitDisagreeing();
   bool Disagrees(const Node& first, const Group& group) const;
   void TakeApart(SubmapId first);

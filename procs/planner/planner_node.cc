@@ -93,6 +93,7 @@ PlannerNode::PlannerNode(Bus& bus, const PlannerSettings& settings)
 }
 
 void PlannerNode::OnSubmap(const SubmapPtr& submap) {
+  map_.SetOpen(nullptr, Pose3::Identity());  // Its grid goes; the next POSE shows the new one.
   open_.ForgetUpTo(submap->last_scan);
   const SubmapId id = submap->id();
   if (const auto told = X_WM_.find(id); told != X_WM_.end()) {

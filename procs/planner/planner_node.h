@@ -38,7 +38,7 @@ class PlannerNode {
  public:
   PlannerNode(Bus& bus, const PlannerSettings& settings);
 
-  /// What it plans on.
+  /// What it plans on with each POSE.
   const OccupancyMap& planning_map() const;
 
  private:

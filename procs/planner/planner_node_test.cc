@@ -206,7 +206,7 @@ TEST_F(PlannerNodeTest, FusesWhatTheMapServiceFuses) {
   map_service_ = std::make_unique<Process<MapServiceNode>>(bench_.queue, 6, map_settings_);
   Start();
   constexpr int kSubmaps = 30;
-  vehicle_.Drive(kSubmaps * kScansPerSubmap);
+  vehicle_.Drive(kSubmaps * kScansPerSubmap + 1);  // The last scan waits: none is open.
   bench_.RunFor(std::chrono::seconds(1));
   EXPECT_EQ(bench_.CounterOf("vog-planner", "submaps"), kSubmaps);
   const std::int64_t fused = bench_.CounterOf("vog-planner", "fused");

@@ -153,7 +153,9 @@ void SubmapFuser::TakeApartGroupOf(SubmapId id) {
 void SubmapFuser::JoinSettled() {
   std::vector<SubmapId> firsts;
   std::map<SubmapId, std::vector<SubmapId>> joining;  // By the first that they join.
+  int left = kMaxJoins;
   for (const auto& [id, node] : nodes_) {
+    if (left == 0) break;
     if (node.is_packed()) continue;
     const auto first = std::find_if(firsts.begin(), firsts.end(),
                                     [&, id = id](SubmapId first) { return MayJoin(id, first); });
@@ -164,6 +166,7 @@ void SubmapFuser::JoinSettled() {
     // Its members have higher numbers: it is their turn after this.
     if (groups_.count(id)) TakeApart(id);
     joining[*first].push_back(id);
+    --left;
   }
   for (const auto& [first, ids] : joining) Join(first, ids);
 }

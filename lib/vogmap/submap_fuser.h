@@ -53,6 +53,10 @@ struct FuseOptions {
 /// octree files, to be taken out again: memory grows with them, by much less than with their grids.
 class SubmapFuser {
  public:
+  /// Submaps that one call of Move() fuses at most (some 10 ms each): it stays short after
+  /// much was taken apart, too.
+  static constexpr int kMaxJoins = 16;
+
   /// `map` must outlive this, and its closed submaps be changed by this alone.
   SubmapFuser(SubmapMap& map, const FuseOptions& options, const SensorModel& model);
 
@@ -60,8 +64,8 @@ class SubmapFuser {
   void Place(SubmapPtr submap, const Pose3& X_WM);
 
   /// Takes a new solution of the pose graph: poses, and standard deviations [m] as in
-  /// SubmapMap::SetSigmas(). Submaps that are told before they are placed count as settled when
-  /// they come.
+  /// SubmapMap::SetSigmas(). What is told of submaps before they are placed counts for
+  /// them, too.
   void Move(const std::map<SubmapId, Pose3>& X_WM,
             const std::vector<std::pair<SubmapId, double>>& sigmas_m);
 

@@ -103,6 +103,16 @@ TEST_F(SubmapFuserTest, FusesWhatHasSettled) {
             TableOf(Fuse(parts[0], std::span(parts).subspan(1), model_)->grid));
 }
 
+TEST_F(SubmapFuserTest, FusesManyInSteps) {
+  constexpr int kSubmaps = SubmapFuser::kMaxJoins + 5;
+  for (int id = 0; id < kSubmaps; ++id) Add(id);
+  Move(versions());
+  EXPECT_EQ(dut_->fused(), SubmapFuser::kMaxJoins);
+  Move();
+  EXPECT_EQ(map_->size(), 1);
+  ExpectAllThere();
+}
+
 TEST_F(SubmapFuserTest, WaitsForMovingSubmaps) {
   for (int id = 0; id < 2; ++id) Add(id);
   for (int i = 0; i < 20; ++i) {
@@ -226,7 +236,7 @@ TEST_F(SubmapFuserTest, TheMapStaysSmallHoweverManySubmapsComeAndEqualCallsGiveE
   EXPECT_EQ(AnswersOf(*map_), AnswersOf(other_map));
   ExpectAllThere();
   // Until nothing moves any more.
-  Move(versions());
+  Move(2 * versions());
   EXPECT_LE(map_->size(), 4);
 }
 

@@ -6,20 +6,36 @@
 namespace vog {
 
 /// The tables of a mission file. A process reads those that concern it; none may be misspelt.
-inline constexpr std::array<std::string_view, 28> kConfigTables = {
-    "mission",         "bus",
-    "simulation",      "scene",
-    "scene.propeller", "scene.tank",
-    "vehicle",         "current",
-    "sonar",           "sonar_model",
-    "drift",           "navigation",
-    "dead_reckoning",  "navigation_sensors",
-    "range_detector",  "submap",
-    "sensor_model",    "map",
-    "registration",    "loop_closure",
-    "pose_graph",      "slam",
-    "exploration",     "planner",
-    "controller",      "evaluation",
-    "latency",         "live"};
+inline constexpr std::array<std::string_view, 29> kConfigTables = {
+    "mission",
+    "bus",
+    "simulation",
+    "scene",
+    "scene.propeller",
+    "scene.tank",
+    "vehicle",
+    "current",
+    "sonar",
+    "sonar_model",
+    "drift",
+    "navigation",
+    "dead_reckoning",
+    "navigation_sensors",
+    "range_detector",
+    "submap",
+    "sensor_model",
+    "map",
+    "fuse",
+    "registration",
+    "loop_closure",
+    "pose_graph",
+    "slam",
+    "exploration",
+    "planner",
+    "controller",
+    "evaluation",
+    "latency",
+    "live",
+};
 
 }  // namespace vog

@@ -28,9 +28,9 @@ std::uint32_t VersionOf(submap_t message) {
 }  // namespace
 
 MapServiceSettings MapServiceSettings::From(const Config& config) {
-  return {config.Read<MapOptions>("map"), config.Read<SubmapOptions>("submap"),
-          config.Read<SensorModelOptions>("sensor_model"), config.Read<DriftOptions>("drift"),
-          config.Read<BusOptions>("bus").run_id};
+  return {config.Read<MapOptions>("map"),       config.Read<FuseOptions>("fuse"),
+          config.Read<SubmapOptions>("submap"), config.Read<SensorModelOptions>("sensor_model"),
+          config.Read<DriftOptions>("drift"),   config.Read<BusOptions>("bus").run_id};
 }
 
 MapServiceNode::MapServiceNode(Bus& bus, const MapServiceSettings& settings)
@@ -38,6 +38,7 @@ MapServiceNode::MapServiceNode(Bus& bus, const MapServiceSettings& settings)
       endpoint_(bus, "vog-map-service", settings.run_id),
       builder_(settings.submap, settings.sensor_model, settings.drift),
       map_(settings.submap.voxel_size_m, SensorModel(settings.sensor_model)),
+      submaps_(map_, settings.fuse, SensorModel(settings.sensor_model)),
       writer_(settings.map.directory) {
   Resume();
   endpoint_.Subscribe(outputs::kScan, [this](Time, const scan_t& message) { OnScan(message); });
@@ -55,7 +56,8 @@ MapServiceNode::MapServiceNode(Bus& bus, const MapServiceSettings& settings)
     if (is_finished_ && !is_complete_) AskForPoses(endpoint_, newest_);
   });
   endpoint_.ReportStatus([this](auto& counters) {
-    counters["submaps"] = map_.size();
+    counters["submaps"] = submaps_.size();
+    counters["fused"] = submaps_.fused();
     counters["scans_dropped"] = synchronizer_.dropped();
     counters["leaps"] = leaps_;
     counters["scans_waiting"] = synchronizer_.waiting();
@@ -79,15 +81,15 @@ void MapServiceNode::Resume() {
   for (const std::string& fault : loaded.faults) LogLine(fault);
   for (const SubmapPtr& submap : loaded.map.submaps) {
     // Numbers without a gap: what comes behind a damaged submap cannot be joined to the rest.
-    if (submap->id() != map_.size()) {
+    if (submap->id() != submaps_.size()) {
       LogLine(settings_.map.directory + ": going on after submap " +
-              std::to_string(map_.size() - 1));
+              std::to_string(submaps_.size() - 1));
       break;
     }
     const std::string octree_bytes = ToOctreeBytes(submap->grid);
     digest_ = AppendToDigest(digest_, VersionOf(ToMessage(*submap, octree_bytes)));
     writer_.AddSubmap(*submap, octree_bytes);
-    map_.Place(submap, loaded.map.X_WM.at(submap->id()));
+    submaps_.Place(submap, loaded.map.X_WM.at(submap->id()));
     builder_.ContinueAfter(*submap);
   }
   is_complete_ = is_finished_ = loaded.map.complete;
@@ -143,17 +145,17 @@ void MapServiceNode::ShowOpen() {
     return;
   }
   const OdometryEdge& edge = open->base.edge;
-  map_.SetOpen(&open->grid, map_.Has(open->id() - 1) ? map_.X_WM(open->id() - 1) * edge.X_PM
-                                                     : open->base.odometry.X_OB);
+  map_.SetOpen(&open->grid, submaps_.Has(open->id() - 1) ? submaps_.X_WM(open->id() - 1) * edge.X_PM
+                                                         : open->base.odometry.X_OB);
   told_open_ = open->id();
   PublishStatus(newest_);
 }
 
 void MapServiceNode::OnClosed(const SubmapPtr& submap, Time time) {
   map_.SetOpen(nullptr, Pose3::Identity());
-  map_.Place(submap, map_.Has(submap->id() - 1)
-                         ? map_.X_WM(submap->id() - 1) * submap->base.edge.X_PM
-                         : submap->base.odometry.X_OB);
+  submaps_.Place(submap, submaps_.Has(submap->id() - 1)
+                             ? submaps_.X_WM(submap->id() - 1) * submap->base.edge.X_PM
+                             : submap->base.odometry.X_OB);
   const std::string octree_bytes = ToOctreeBytes(submap->grid);
   unsaved_[submap->id()] = octree_bytes;
   Save(/*complete=*/false);
@@ -166,19 +168,21 @@ void MapServiceNode::OnClosed(const SubmapPtr& submap, Time time) {
 void MapServiceNode::OnSubmapPoses(const submap_poses_t& message) {
   const bool is_newer = message.header.epoch > poses_epoch_ || message.version > poses_version_;
   if (!is_newer) return;
-  std::vector<std::pair<SubmapId, Pose3>> poses_WM;
+  std::map<SubmapId, Pose3> X_WM;
+  std::vector<std::pair<SubmapId, double>> sigmas_m;
   for (int i = 0; i < message.count; ++i) {
-    const auto X_WM = FromMessage(message.X_WM[i]);
-    if (!X_WM) {
+    const auto pose_WM = FromMessage(message.X_WM[i]);
+    if (!pose_WM) {
       endpoint_.NoteMalformed();
       return;
     }
-    poses_WM.emplace_back(message.submap_id[i], *X_WM);
+    X_WM[message.submap_id[i]] = *pose_WM;
+    sigmas_m.emplace_back(message.submap_id[i], message.sigma_xy_m[i]);
   }
   poses_epoch_ = message.header.epoch;
   poses_version_ = message.version;
   posed_submaps_ = message.count;
-  map_.Move(poses_WM);
+  submaps_.Move(X_WM, sigmas_m);
 }
 
 void MapServiceNode::OnGraph(const graph_t& message) {
@@ -198,7 +202,7 @@ void MapServiceNode::OnMissionStatus(const mission_status_t& message) {
 }
 
 void MapServiceNode::CompleteIfDone(Time time) {
-  if (!is_finished_ || is_complete_ || posed_submaps_ < map_.size() ||
+  if (!is_finished_ || is_complete_ || posed_submaps_ < submaps_.size() ||
       graph_.version != poses_version_)
     return;
   Save(/*complete=*/true);
@@ -208,19 +212,19 @@ void MapServiceNode::CompleteIfDone(Time time) {
 
 G2oGraph MapServiceNode::Graph() const {
   G2oGraph graph;
-  for (const SubmapId id : map_.ids()) graph.vertices[id] = map_.X_WM(id);
+  for (const SubmapId id : submaps_.ids()) graph.vertices[id] = submaps_.X_WM(id);
   int newest_in_graph = -1;
   for (const graph_edge_t& edge : graph_.edge) {
     const auto X_ik = FromMessage(edge.X_ik);
-    if (edge.kind == graph_edge_t::REJECTED_CLOSURE || !X_ik || !map_.Has(edge.from_id) ||
-        !map_.Has(edge.to_id))
+    if (edge.kind == graph_edge_t::REJECTED_CLOSURE || !X_ik || !submaps_.Has(edge.from_id) ||
+        !submaps_.Has(edge.to_id))
       continue;
     graph.edges.push_back({edge.from_id, edge.to_id, *X_ik, MatrixFrom<6>(edge.information)});
     newest_in_graph = std::max(newest_in_graph, edge.to_id);
   }
   // Submaps that SLAM has not answered for yet hang on their odometry.
-  for (SubmapId id = std::max(1, newest_in_graph + 1); id < map_.size(); ++id) {
-    const OdometryEdge& edge = map_.submap(id)->base.edge;
+  for (SubmapId id = std::max(1, newest_in_graph + 1); id < submaps_.size(); ++id) {
+    const OdometryEdge& edge = submaps_.outline(id)->base.edge;
     graph.edges.push_back({id - 1, id, edge.X_PM, edge.covariance.inverse()});
   }
   return graph;
@@ -234,14 +238,14 @@ void MapServiceNode::Save(bool complete) {
                 {},
                 {},
                 ToG2oText(Graph())};
-  for (const SubmapId id : map_.ids()) {
-    map.submaps.push_back(map_.submap(id));
-    map.X_WM[id] = map_.X_WM(id);
+  for (const SubmapId id : submaps_.ids()) {
+    map.submaps.push_back(submaps_.outline(id));
+    map.X_WM[id] = submaps_.X_WM(id);
   }
   try {
     while (!unsaved_.empty()) {
       const auto& [id, octree_bytes] = *unsaved_.begin();
-      writer_.AddSubmap(*map_.submap(id), octree_bytes);
+      writer_.AddSubmap(*submaps_.outline(id), octree_bytes);
       unsaved_.erase(unsaved_.begin());
     }
     writer_.Commit(map);
@@ -260,7 +264,7 @@ void MapServiceNode::PublishSubmap(const submap_t& message, Time time) {
 
 void MapServiceNode::PublishStatus(Time time) {
   map_status_t status{};
-  status.submaps = map_.size();
+  status.submaps = submaps_.size();
   status.digest = digest_;
   const Submap* open = builder_.open();
   status.has_open = open != nullptr;
@@ -274,9 +278,9 @@ void MapServiceNode::PublishStatus(Time time) {
 void MapServiceNode::OnRequest(const map_request_t& request) {
   if (request.kind == "poses") return;  // SLAM answers.
   if (request.kind == "submaps") {
-    for (const SubmapId id : request.ids == 0 ? map_.ids() : request.submap_id) {
-      if (!map_.Has(id)) continue;
-      const SubmapPtr submap = map_.submap(id);
+    for (const SubmapId id : request.ids == 0 ? submaps_.ids() : request.submap_id) {
+      if (!submaps_.Has(id)) continue;
+      const SubmapPtr submap = submaps_.submap(id);
       PublishSubmap(ToMessage(*submap, ToOctreeBytes(submap->grid)), newest_);
     }
     return;

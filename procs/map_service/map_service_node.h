@@ -13,12 +13,14 @@
 #include "lib/submap/submap_builder.h"
 #include "lib/vogmap/map_folder.h"
 #include "lib/vogmap/map_options.h"
+#include "lib/vogmap/submap_fuser.h"
 #include "lib/vogmap/vog_map.h"
 
 namespace vog {
 
 struct MapServiceSettings {
   MapOptions map;
+  FuseOptions fuse;
   SubmapOptions submap;
   SensorModelOptions sensor_model;
   DriftOptions drift;
@@ -60,6 +62,7 @@ class MapServiceNode {
   ScanSynchronizer synchronizer_;
   SubmapBuilder builder_;
   VogMap map_;
+  SubmapFuser submaps_;  // Shown in map_.
   MapFolderWriter writer_;
   graph_t graph_{};
   std::int64_t digest_ = 0;

@@ -573,6 +573,113 @@ TEST_F(MapServiceNodeTest, ANewNavigationSegmentClosesTheSubmap) {
   EXPECT_EQ(Status().open.submap_id, 1);
 }
 
+/// A service that fuses, and SLAM tells where the submaps truly are.
+class MapServiceFusionTest : public MapServiceNodeTest {
+ protected:
+  MapServiceFusionTest() {
+    settings_.fuse.enabled = true;
+    Start();
+  }
+
+  void DriveAndSayTruePoses(int submaps) {
+    for (int i = 0; i < submaps; ++i) {
+      vehicle_.Drive(kScansPerSubmap);
+      submap_poses_t poses{};
+      poses.version = ++version_;
+      for (const SubmapPtr& submap : ExpectedSubmaps()) {
+        poses.submap_id.push_back(submap->id());
+        poses.X_WM.push_back(ToMessage(submap->base.odometry.X_OB));
+        poses.sigma_xy_m.push_back(0.01f);
+        ++poses.count;
+      }
+      bench_.Say(outputs::kSubmapPoses, poses, bench_.queue.now());
+      bench_.RunFor(Duration(0));
+    }
+  }
+  /// Submaps that the service's map shows.
+  std::int64_t Shown() {
+    bench_.RunFor(std::chrono::seconds(1));
+    return bench_.CounterOf("vog-map-service", "submaps") -
+           bench_.CounterOf("vog-map-service", "fused");
+  }
+
+  std::int64_t version_ = 0;
+};
+
+TEST_F(MapServiceFusionTest, TheMapStaysSmallAndEverySubmapReachable) {
+  DriveAndSayTruePoses(30);
+  const std::int64_t shown = Shown();
+  EXPECT_LE(shown, 14);
+  DriveAndSayTruePoses(30);
+  EXPECT_LE(Shown(), shown) << "it is the same place";
+  vehicle_.Drive(1);
+  EXPECT_EQ(Status().submaps, 60);
+
+  const auto expected = ExpectedSubmaps();
+  bench_.Forget();
+  map_request_t request{};
+  request.kind = "submaps";
+  bench_.Say(outputs::kMapRequest, request, bench_.queue.now());
+  bench_.RunFor(Duration(0));
+  const auto told = ToldSubmaps();
+  ASSERT_EQ(told.size(), expected.size());
+  const LoadedMap loaded = LoadMapFolder(settings_.map.directory);
+  EXPECT_TRUE(loaded.faults.empty());
+  ASSERT_EQ(loaded.map.submaps.size(), expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    ExpectSame(*told[i], *expected[i]);
+    ExpectSame(*loaded.map.submaps[i], *expected[i]);
+  }
+}
+
+TEST_F(MapServiceFusionTest, ARestartFusesAnew) {
+  DriveAndSayTruePoses(12);
+  const std::int64_t shown = Shown();
+  EXPECT_LT(shown, 12);
+  const map_status_t before = Status();
+  Start();
+  vehicle_.Drive(1);
+  EXPECT_EQ(Status().digest, before.digest);
+  DriveAndSayTruePoses(settings_.fuse.settled_versions + 2);
+  EXPECT_LE(Shown(), shown + settings_.fuse.settled_versions + 2);
+}
+
+// Away from surfaces no state changes. Near them, half a voxel's diagonal may tell (8.6 % of the
+// voxels here), and at the ends of what was seen it tells what is known (3.8 %).
+TEST_F(MapServiceFusionTest, StatesChangeOnlyNearSurfaces) {
+  DriveAndSayTruePoses(40);
+  VogMap apart(settings_.submap.voxel_size_m, SensorModel(settings_.sensor_model));
+  for (const SubmapPtr& submap : ExpectedSubmaps()) apart.Place(submap, submap->base.odometry.X_OB);
+  const Eigen::AlignedBox3d& room_W = vehicle_.room_W;
+  const Vec3 min_W = room_W.min().array() - 0.5, max_W = room_W.max().array() + 0.5;
+  const VoxelBox box = VoxelsOf(apart.grid(), {min_W, max_W});
+  std::vector<float> before;
+  apart.LogOddsIn(box, before);
+  const std::vector<float> after = Ask(Points({min_W, max_W}, "box")).log_odds;
+  ASSERT_EQ(after.size(), before.size());
+
+  struct {
+    int voxels = 0, changed = 0;
+  } away, near, known;
+  std::size_t i = 0;
+  ForEachVoxel(box, [&](const VoxelKey& voxel) {
+    const float answer = before[i], fused = after[i];
+    ++i;
+    known.voxels += IsKnown(answer) || IsKnown(fused);
+    known.changed += IsKnown(answer) != IsKnown(fused);
+    if (!IsKnown(answer) || !IsKnown(fused)) return;
+    const Vec3 center_W = apart.grid().CenterOf(voxel);
+    const double to_wall_m = (room_W.max() - center_W).cwiseMin(center_W - room_W.min()).minCoeff();
+    auto& count = std::abs(to_wall_m) >= 2 * apart.grid().voxel_size_m() ? away : near;
+    ++count.voxels;
+    count.changed += apart.IsOccupied(answer) != apart.IsOccupied(fused);
+  });
+  EXPECT_GT(away.voxels, 10000);
+  EXPECT_EQ(away.changed, 0);
+  EXPECT_LT(near.changed, 0.1 * near.voxels);
+  EXPECT_LT(known.changed, 0.05 * known.voxels);
+}
+
 /// Collects submaps as a process does.
 struct Listener {
   Listener(Bus& bus, const std::string& name)

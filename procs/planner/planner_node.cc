@@ -57,6 +57,7 @@ PlannerSettings PlannerSettings::From(const Config& config) {
                            config.Read<SubmapOptions>("submap"),
                            config.Read<SensorModelOptions>("sensor_model"),
                            config.Read<MapOptions>("map"),
+                           config.Read<FuseOptions>("fuse"),
                            config.Read<BusOptions>("bus").run_id};
   settings.exploration.Validate();
   return settings;
@@ -68,6 +69,7 @@ PlannerNode::PlannerNode(Bus& bus, const PlannerSettings& settings)
       explorer_(settings.planner, settings.exploration, settings.sonar, settings.mission),
       map_(MakeSubmapMap(settings.map.method, settings.submap.voxel_size_m,
                          SensorModel(settings.sensor_model))),
+      submaps_(*map_, settings.fuse, SensorModel(settings.sensor_model)),
       open_(settings.submap.voxel_size_m, settings.sensor_model),
       standard_map_(settings.submap.voxel_size_m, settings.sensor_model),
       receiver_(endpoint_,
@@ -85,7 +87,8 @@ PlannerNode::PlannerNode(Bus& bus, const PlannerSettings& settings)
     if (pose_version_ != poses_version_) AskForPoses(endpoint_, newest_pose_);
   });
   endpoint_.ReportStatus([this](auto& counters) {
-    counters["submaps"] = map_->size();
+    counters["submaps"] = submaps_.size();
+    counters["fused"] = submaps_.fused();
     counters["scans_dropped"] = synchronizer_.dropped();
     counters["leaps"] = leaps_;
     return receiver_.IsComplete() ? "ok" : "waiting for submaps";
@@ -93,20 +96,19 @@ PlannerNode::PlannerNode(Bus& bus, const PlannerSettings& settings)
 }
 
 void PlannerNode::OnSubmap(const SubmapPtr& submap) {
+  map_->SetOpen(nullptr, Pose3::Identity());  // Its grid goes; the next POSE shows the new one.
   open_.ForgetUpTo(submap->last_scan);
   const SubmapId id = submap->id();
   if (const auto told = X_WM_.find(id); told != X_WM_.end()) {
-    map_->Place(submap, told->second);
-  } else if (map_->Has(id - 1)) {
-    map_->Place(submap, map_->X_WM(id - 1) * submap->base.edge.X_PM);
+    submaps_.Place(submap, told->second);
+  } else if (submaps_.Has(id - 1)) {
+    submaps_.Place(submap, submaps_.X_WM(id - 1) * submap->base.edge.X_PM);
   } else {
-    map_->Place(submap, submap->base.odometry.X_OB);  // Until SLAM tells better.
+    submaps_.Place(submap, submap->base.odometry.X_OB);  // Until SLAM tells better.
   }
 }
 
-void PlannerNode::OnReset() {
-  for (const SubmapId id : map_->ids()) map_->Remove(id);
-}
+void PlannerNode::OnReset() { submaps_.Clear(); }
 
 void PlannerNode::OnSubmapPoses(const submap_poses_t& message) {
   if (message.header.epoch == poses_epoch_ && message.version <= poses_version_) return;
@@ -123,8 +125,7 @@ void PlannerNode::OnSubmapPoses(const submap_poses_t& message) {
     X_WM_[message.submap_id[i]] = *X_WM;
     sigmas_m.emplace_back(message.submap_id[i], message.sigma_xy_m[i]);
   }
-  map_->Move({X_WM_.begin(), X_WM_.end()});
-  map_->SetSigmas(sigmas_m);
+  submaps_.Move(X_WM_, sigmas_m);
 }
 
 void PlannerNode::OnScan(const scan_t& message) {
@@ -186,7 +187,7 @@ void PlannerNode::OnPose(const pose_estimate_t& message) {
   if (!receiver_.IsComplete() || is_complete_) return;
   if (!has_start_) {
     // Who comes late knows the start from the first submap.
-    explorer_.SetStart(map_->Has(0) ? map_->X_WM(0).translation() : X_WB->translation());
+    explorer_.SetStart(submaps_.Has(0) ? submaps_.X_WM(0).translation() : X_WB->translation());
     has_start_ = true;
   }
   ShowOpen(*X_WO, message.segment);

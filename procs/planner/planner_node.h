@@ -15,6 +15,7 @@
 #include "lib/submap/open_submap.h"
 #include "lib/submap/submap_builder.h"
 #include "lib/vogmap/map_options.h"
+#include "lib/vogmap/submap_fuser.h"
 #include "lib/vogmap/submap_map.h"
 
 namespace vog {
@@ -27,6 +28,7 @@ struct PlannerSettings {
   SubmapOptions submap;
   SensorModelOptions sensor_model;
   MapOptions map;
+  FuseOptions fuse;
   std::int64_t run_id = 0;
 
   static PlannerSettings From(const Config& config);
@@ -39,6 +41,9 @@ class PlannerNode {
  public:
   PlannerNode(Bus& bus, const PlannerSettings& settings);
 
+  /// What it plans on with each POSE.
+  const OccupancyMap& planning_map() const;
+
  private:
   bool UsesStandardMap() const { return settings_.mission.mode == MissionMode::kStandard; }
   void OnSubmap(const SubmapPtr& submap);
@@ -49,7 +54,6 @@ class PlannerNode {
   void AddScans();
   void AddToOpen(const RegisteredScan& registered);
   void OnPose(const pose_estimate_t& message);
-  const OccupancyMap& planning_map() const;
   void MeasureExplored();
   void ShowOpen(const Pose3& X_WO, std::int64_t segment);
   void PublishPlan(const Plan& plan, Time time);
@@ -60,6 +64,7 @@ class PlannerNode {
   Explorer explorer_;
   ScanSynchronizer synchronizer_;
   std::unique_ptr<SubmapMap> map_;
+  SubmapFuser submaps_;  // Shown in map_.
   OpenSubmap open_;
   StandardMap standard_map_;
   std::map<SubmapId, Pose3> X_WM_;  // Newest poses from SLAM.

@@ -206,6 +206,42 @@ TEST_F(PlannerNodeTest, PlansDoNotDependOnWhatTheMapRemembers) {
   ExpectEqualPlansOfTwin(direct);
 }
 
+// Both fuse by themselves, from what SLAM tells.
+TEST_F(PlannerNodeTest, FusesWhatTheMapServiceFuses) {
+  settings_.fuse.enabled = map_settings_.fuse.enabled = true;
+  map_service_.reset();
+  map_service_ = std::make_unique<Process<MapServiceNode>>(bench_.queue, 6, map_settings_);
+  Start();
+  constexpr int kSubmaps = 30;
+  vehicle_.Drive(kSubmaps * kScansPerSubmap + 1);  // The last scan waits: none is open.
+  bench_.RunFor(std::chrono::seconds(1));
+  EXPECT_EQ(bench_.CounterOf("vog-planner", "submaps"), kSubmaps);
+  const std::int64_t fused = bench_.CounterOf("vog-planner", "fused");
+  EXPECT_EQ(bench_.CounterOf("vog-map-service", "fused"), fused);
+  EXPECT_GE(fused, kSubmaps / 2);
+
+  map_request_t request{};
+  request.kind = "box";
+  request.points = 2;
+  request.point_W_m = {{-3.2, -2.7, -1.5}, {3.2, 2.7, 1.5}};
+  bench_.Say(outputs::kMapRequest, request, bench_.queue.now());
+  bench_.RunFor(Duration(0));
+  const auto replies = bench_.SaidLarge<map_reply_t>(outputs::kMapReply);
+  ASSERT_EQ(replies.size(), 1u);
+  std::vector<float> answers;
+  const OccupancyMap& map = dut_->node.planning_map();
+  map.LogOddsIn(VoxelsOf(map.grid(), {Vec3(-3.2, -2.7, -1.5), Vec3(3.2, 2.7, 1.5)}), answers);
+  ASSERT_EQ(answers.size(), replies[0].log_odds.size());
+  int known = 0;
+  for (std::size_t i = 0; i < answers.size(); ++i) {
+    known += IsKnown(answers[i]);
+    ASSERT_TRUE(answers[i] == replies[0].log_odds[i] ||
+                (!IsKnown(answers[i]) && !IsKnown(replies[0].log_odds[i])))
+        << answers[i] << " " << replies[0].log_odds[i];
+  }
+  EXPECT_GT(known, 5000);
+}
+
 TEST_F(PlannerNodeTest, SurvivesAPoseFarAway) {
   Start();
   vehicle_.Drive(3);

@@ -65,6 +65,7 @@ std::vector<Table> DescribeTables(const Config& config) {
   all.Add<SubmapOptions>("submap");
   all.Add<SensorModelOptions>("sensor_model");
   all.Add<MapOptions>("map");
+  all.Add<FuseOptions>("fuse");
   all.Add<IcpOptions>("registration");
   all.Add<LoopClosureOptions>("loop_closure");
   all.Add<PoseGraphOptions>("pose_graph");

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "lib/base/random.h"
-#include "lib/collision/grid_map_testing.h"
+#include "lib/occupancy/grid_map_testing.h"
 
 namespace vog {
 namespace {

@@ -132,6 +132,14 @@ class OccupancyMap {
   /// Grows whenever an answer may have changed.
   virtual std::int64_t revision() const = 0;
 
+  /// Boxes in W outside of which no answer has changed since the map had `revision`; nothing if
+  /// that is too long ago to tell.
+  virtual std::optional<std::vector<Eigen::AlignedBox3d>> ChangedSince(
+      std::int64_t revision) const {
+    if (revision != this->revision()) return std::nullopt;
+    return std::vector<Eigen::AlignedBox3d>();
+  }
+
   const VoxelGrid& grid() const { return grid_; }
 
   float occupied_from() const { return occupied_from_; }

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <vector>
 
-#include "lib/collision/grid_map_testing.h"
+#include "lib/occupancy/grid_map_testing.h"
 #include "lib/planner/planner_options.h"
 #include "lib/scan/sonar.h"
 

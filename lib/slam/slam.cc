@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lib/base/parallel.h"
+
 namespace vog {
 namespace {
 
@@ -64,11 +66,14 @@ void Slam::CloseLoops(const SubmapShape& source) {
   }
   const auto candidates = FindCandidates(settings_.loop_closure, targets, source, X_ik);
   const auto covariances = PredictCovariances(candidates, source.id);
-  for (std::size_t c = 0; c < candidates.size(); ++c) {
+  std::vector<LoopClosure> loops(candidates.size());
+  ParallelFor(candidates.size(), [&](std::size_t c) {
     const SubmapShape& target = *shapes_.at(candidates[c].id);
-    Closure closure{CloseLoop(settings_.loop_closure, settings_.registration, target, source,
-                              Ominus(graph_.X_W(target.id), graph_.X_W(source.id)),
-                              covariances[c])};
+    loops[c] = CloseLoop(settings_.loop_closure, settings_.registration, target, source,
+                         Ominus(graph_.X_W(target.id), graph_.X_W(source.id)), covariances[c]);
+  });
+  for (LoopClosure& loop : loops) {
+    Closure closure{std::move(loop)};
     if (closure.loop.accepted) closure.constraint = graph_.AddConstraint(closure.loop.constraint);
     closures_.push_back(std::move(closure));
   }

@@ -23,10 +23,12 @@ void OpenSubmap::ForgetUpTo(Time time) {
   if (scans_.empty() || scans_.front().scan.time > time) return;
   while (!scans_.empty() && scans_.front().scan.time <= time) scans_.pop_front();
   grid_.reset();
+  ++revision_;
   for (const RegisteredScan& registered : scans_) Insert(registered);
 }
 
 void OpenSubmap::Insert(const RegisteredScan& registered) {
+  ++revision_;
   if (!grid_) {
     grid_.emplace(voxel_size_m_);
     inserter_.emplace(model_, voxel_size_m_);

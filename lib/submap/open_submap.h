@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <deque>
 #include <memory>
 #include <optional>
@@ -25,6 +26,8 @@ class OpenSubmap {
 
   /// nullptr without any scan.
   const BrickGrid* grid() const { return grid_ ? &*grid_ : nullptr; }
+  /// Grows whenever the grid is another one or has grown.
+  std::int64_t revision() const { return revision_; }
   /// Odometry of the frame M. @pre grid() != nullptr.
   const OdometrySample& base() const { return scans_.front().odometry; }
 
@@ -34,6 +37,7 @@ class OpenSubmap {
   double voxel_size_m_;
   SensorModel model_;
   std::deque<RegisteredScan> scans_;
+  std::int64_t revision_ = 0;
   std::optional<BrickGrid> grid_;
   std::optional<ScanInserter> inserter_;
 };

@@ -5,6 +5,18 @@
 #include "lib/vogmap/log_odds_sum.h"
 
 namespace vog {
+namespace {
+
+/// The box in W around one in M.
+Eigen::AlignedBox3d BoxOf(const Eigen::AlignedBox3d& box_M, const Pose3& X_WM) {
+  Eigen::AlignedBox3d box_W;
+  if (box_M.isEmpty()) return box_W;
+  for (int corner = 0; corner < 8; ++corner)
+    box_W.extend(X_WM * box_M.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner)));
+  return box_W;
+}
+
+}  // namespace
 
 SubmapMap::SubmapMap(double voxel_size_m, const SensorModel& model)
     : OccupancyMap(voxel_size_m, ToLogOdds(model.occupied_from)), model_(model) {}
@@ -16,12 +28,12 @@ void SubmapMap::Place(SubmapPtr submap, const Pose3& X_WM) {
   after.bounds_M = after.submap->grid.BrickBounds();
   ++revision_;
   if (found == placed_.end()) {
-    OnChange(id, nullptr, &placed_.emplace(id, std::move(after)).first->second);
+    NoteChange(id, nullptr, &placed_.emplace(id, std::move(after)).first->second);
     return;
   }
   after.sigma_m = found->second.sigma_m;
   const PlacedSubmap before = std::exchange(found->second, std::move(after));
-  OnChange(id, &before, &found->second);
+  NoteChange(id, &before, &found->second);
 }
 
 void SubmapMap::Move(const std::vector<std::pair<SubmapId, Pose3>>& poses_WM) {
@@ -32,7 +44,7 @@ void SubmapMap::Move(const std::vector<std::pair<SubmapId, Pose3>>& poses_WM) {
     const PlacedSubmap before = found->second;
     found->second.X_WM = X_WM;
     found->second.X_MW = X_WM.inverse();
-    OnChange(id, &before, &found->second);
+    NoteChange(id, &before, &found->second);
   }
 }
 
@@ -42,19 +54,19 @@ void SubmapMap::Remove(SubmapId id) {
   if (found == placed_.end()) return;
   const PlacedSubmap before = std::move(found->second);
   placed_.erase(found);
-  OnChange(id, &before, nullptr);
+  NoteChange(id, &before, nullptr);
 }
 
 void SubmapMap::SetOpen(const BrickGrid* open, const Pose3& X_WM) {
   open_ = open;
   X_open_W_ = X_WM.inverse();
   ++revision_;
-  OnOpenChange();
+  NoteOpenChanged();
 }
 
 void SubmapMap::NoteOpenGrew() {
   ++revision_;
-  OnOpenChange();
+  NoteOpenChanged();
 }
 
 float SubmapMap::DirectLogOddsAt(const Vec3& p_W) const {
@@ -65,6 +77,40 @@ float SubmapMap::DirectLogOddsAt(const Vec3& p_W) const {
   for (const auto& [id, placed] : placed_) add(placed.submap->grid, placed.X_MW);
   if (open_ != nullptr) add(*open_, X_open_W_);
   return sum.Clamped(model_);
+}
+
+void SubmapMap::NoteChanged(const Eigen::AlignedBox3d& box_W) {
+  constexpr std::size_t kMost = 4096;
+  if (box_W.isEmpty()) return;
+  changed_.push_back({revision_, box_W});
+  if (changed_.size() <= kMost) return;
+  told_from_ = changed_.front().revision;
+  changed_.pop_front();
+}
+
+void SubmapMap::NoteChange(SubmapId id, const PlacedSubmap* before, const PlacedSubmap* after) {
+  for (const PlacedSubmap* placed : {before, after}) {
+    if (placed != nullptr) NoteChanged(BoxOf(placed->bounds_M, placed->X_WM));
+  }
+  OnChange(id, before, after);
+}
+
+void SubmapMap::NoteOpenChanged() {
+  NoteChanged(open_box_W_);
+  open_box_W_ =
+      open_ == nullptr ? Eigen::AlignedBox3d() : BoxOf(open_->BrickBounds(), X_open_W_.inverse());
+  NoteChanged(open_box_W_);
+  OnOpenChange();
+}
+
+std::optional<std::vector<Eigen::AlignedBox3d>> SubmapMap::ChangedSince(
+    std::int64_t revision) const {
+  if (revision < told_from_) return std::nullopt;
+  std::vector<Eigen::AlignedBox3d> boxes_W;
+  for (const ChangedBox& changed : changed_) {
+    if (changed.revision > revision) boxes_W.push_back(changed.box_W);
+  }
+  return boxes_W;
 }
 
 void SubmapMap::SetSigmas(const std::vector<std::pair<SubmapId, double>>& sigmas_m) {
@@ -100,14 +146,9 @@ std::vector<SubmapId> SubmapMap::ids() const {
 
 Eigen::AlignedBox3d SubmapMap::Bounds() const {
   Eigen::AlignedBox3d bounds_W;
-  const auto extend = [&](const Eigen::AlignedBox3d& box_M, const Pose3& X_WM) {
-    for (int corner = 0; corner < 8; ++corner)
-      bounds_W.extend(X_WM * box_M.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner)));
-  };
-  for (const auto& [id, placed] : placed_) {
-    if (!placed.bounds_M.isEmpty()) extend(placed.submap->grid.Bounds(), placed.X_WM);
-  }
-  if (open_ != nullptr && open_->bricks() > 0) extend(open_->Bounds(), X_open_W_.inverse());
+  for (const auto& [id, placed] : placed_)
+    bounds_W.extend(BoxOf(placed.submap->grid.Bounds(), placed.X_WM));
+  if (open_ != nullptr) bounds_W.extend(BoxOf(open_->Bounds(), X_open_W_.inverse()));
   return bounds_W;
 }
 

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <deque>
 #include <limits>
 #include <map>
 #include <utility>
@@ -41,6 +42,8 @@ class SubmapMap : public OccupancyMap {
   void NoteOpenGrew();
 
   std::int64_t revision() const override { return revision_; }
+  std::optional<std::vector<Eigen::AlignedBox3d>> ChangedSince(
+      std::int64_t revision) const override;
 
   /// Tells how uncertain the vehicle is sideways relative to the submaps (standard deviations [m]),
   /// for SigmaOf(). Submaps that are not named keep what they had; 0 at first.
@@ -83,6 +86,14 @@ class SubmapMap : public OccupancyMap {
   double SigmaAt(const Candidates& candidates, const Vec3& p_W) const;
 
  private:
+  struct ChangedBox {
+    std::int64_t revision;
+    Eigen::AlignedBox3d box_W;
+  };
+
+  void NoteChanged(const Eigen::AlignedBox3d& box_W);
+  void NoteChange(SubmapId id, const PlacedSubmap* before, const PlacedSubmap* after);
+  void NoteOpenChanged();
   bool IsOccupiedIn(const BrickGrid& grid, const Pose3& X_MW, const Vec3& p_W) const;
 
   SensorModel model_;
@@ -91,6 +102,9 @@ class SubmapMap : public OccupancyMap {
   Pose3 X_open_W_ = Pose3::Identity();
   double sigma_since_m_ = 0;
   std::int64_t revision_ = 0;
+  std::deque<ChangedBox> changed_;  // The newest, oldest first.
+  std::int64_t told_from_ = 0;      // changed_ holds all changes after this revision.
+  Eigen::AlignedBox3d open_box_W_;  // Of the open submap when it was last shown.
 };
 
 template <class Candidates>
@@ -98,8 +112,8 @@ double SubmapMap::SigmaAt(const Candidates& candidates, const Vec3& p_W) const {
   if (open_ != nullptr && IsOccupiedIn(*open_, X_open_W_, p_W)) return sigma_since_m_;
   double least_m = std::numeric_limits<double>::infinity();
   for (const PlacedSubmap* placed : candidates) {
-    if (placed->sigma_m < least_m && IsOccupiedIn(placed->submap->grid, placed->X_MW, p_W))
-      least_m = placed->sigma_m;
+    if (placed->sigma_m >= least_m) continue;
+    if (IsOccupiedIn(placed->submap->grid, placed->X_MW, p_W)) least_m = placed->sigma_m;
   }
   return std::isinf(least_m) ? 0 : std::hypot(least_m, sigma_since_m_);
 }

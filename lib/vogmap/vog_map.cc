@@ -452,9 +452,17 @@ int VogMap::CountUnknown(const Vec3& origin_W, std::span<const Vec3> directions_
 }
 
 void VogMap::SigmaOf(std::span<const VoxelKey> voxels, std::span<float> sigma_m) const {
+  std::optional<VoxelKey> block;
+  std::vector<const PlacedSubmap*> near;  // The surest first: it is most often the answer.
   for (std::size_t i = 0; i < voxels.size(); ++i) {
-    const auto submaps = cache_->SubmapsNear(cache_->BlockOf(BlockKeyOf(voxels[i])));
-    sigma_m[i] = static_cast<float>(SigmaAt(submaps, grid().CenterOf(voxels[i])));
+    const VoxelKey key = BlockKeyOf(voxels[i]);
+    if (block != key) {
+      block = key;
+      near = cache_->SubmapsNear(cache_->BlockOf(key));
+      std::stable_sort(near.begin(), near.end(),
+                       [](const auto* a, const auto* b) { return a->sigma_m < b->sigma_m; });
+    }
+    sigma_m[i] = static_cast<float>(SigmaAt(near, grid().CenterOf(voxels[i])));
   }
 }
 

@@ -202,6 +202,46 @@ TEST_F(VogMapTest, FollowsFewChangesAmongMany) {
   EXPECT_GT(known, 5000);
 }
 
+TEST_F(VogMapTest, TellsWhereItHasChanged) {
+  for (int id = 0; id < 6; ++id) Place(id);
+  SetOpen();
+  int unchanged = 0, changed = 0;
+  for (int round = 0; round < 40; ++round) {
+    std::map<VoxelKey, float> before;
+    for (int i = 0; i < 200; ++i) {
+      const VoxelKey voxel = RandomVoxel(random_);
+      before[voxel] = literal_.LogOddsAt(dut_.grid().CenterOf(voxel));
+    }
+    const std::int64_t revision = dut_.revision();
+    for (int i = random_.Index(3); i >= 0; --i) {
+      const int kind = random_.Index(5);
+      if (kind == 0) Place(random_.Index(8));
+      if (kind == 1) Move({random_.Index(8)});
+      if (kind == 2) Remove(random_.Index(8));
+      if (kind == 3) SetOpen();
+      if (kind == 4) GrowOpen();
+    }
+    const auto boxes_W = dut_.ChangedSince(revision);
+    ASSERT_TRUE(boxes_W.has_value());
+    for (const auto& [voxel, log_odds] : before) {
+      const Vec3 center_W = dut_.grid().CenterOf(voxel);
+      const bool may_have = std::any_of(boxes_W->begin(), boxes_W->end(), [&](const auto& box_W) {
+        return box_W.contains(center_W);
+      });
+      changed += may_have;
+      unchanged += !may_have;
+      if (!may_have) {
+        EXPECT_PRED2(Same, literal_.LogOddsAt(center_W), log_odds);
+      }
+    }
+  }
+  EXPECT_GT(changed, 100);
+  EXPECT_GT(unchanged, 100);
+  EXPECT_TRUE(dut_.ChangedSince(dut_.revision())->empty());
+  for (int i = 0; i < 6000; ++i) dut_.NoteOpenGrew();
+  EXPECT_FALSE(dut_.ChangedSince(0).has_value());
+}
+
 TEST_F(VogMapTest, WhatIsNotFreeInABox) {
   for (int id = 0; id < 6; ++id) Place(id);
   SetOpen();

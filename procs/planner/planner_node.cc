@@ -96,7 +96,9 @@ PlannerNode::PlannerNode(Bus& bus, const PlannerSettings& settings)
 }
 
 void PlannerNode::OnSubmap(const SubmapPtr& submap) {
-  map_->SetOpen(nullptr, Pose3::Identity());  // Its grid goes; the next POSE shows the new one.
+  // Its grid goes; the next POSE shows the new one.
+  map_->SetOpen(nullptr, Pose3::Identity());
+  shown_revision_ = -1;
   open_.ForgetUpTo(submap->last_scan);
   const SubmapId id = submap->id();
   if (const auto told = X_WM_.find(id); told != X_WM_.end()) {
@@ -170,8 +172,15 @@ void PlannerNode::AddToOpen(const RegisteredScan& registered) {
 
 void PlannerNode::ShowOpen(const Pose3& X_WO, std::int64_t segment) {
   const bool is_shown = open_.grid() != nullptr && open_.base().segment == segment;
-  map_->SetOpen(is_shown ? open_.grid() : nullptr,
-                is_shown ? X_WO * open_.base().X_OB : Pose3::Identity());
+  const Pose3 X_WM = is_shown ? Pose3(X_WO * open_.base().X_OB) : Pose3::Identity();
+  // A POSE between two scans changes nothing that the map remembers.
+  if (is_shown == is_open_shown_ && open_.revision() == shown_revision_ &&
+      X_WM.matrix() == X_open_shown_.matrix())
+    return;
+  map_->SetOpen(is_shown ? open_.grid() : nullptr, X_WM);
+  is_open_shown_ = is_shown;
+  shown_revision_ = open_.revision();
+  X_open_shown_ = X_WM;
 }
 
 void PlannerNode::OnPose(const pose_estimate_t& message) {

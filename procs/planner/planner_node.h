@@ -66,6 +66,10 @@ class PlannerNode {
   std::unique_ptr<SubmapMap> map_;
   SubmapFuser submaps_;  // Shown in map_.
   OpenSubmap open_;
+  // What ShowOpen() showed last.
+  bool is_open_shown_ = false;
+  std::int64_t shown_revision_ = -1;
+  Pose3 X_open_shown_ = Pose3::Identity();
   StandardMap standard_map_;
   std::map<SubmapId, Pose3> X_WM_;  // Newest poses from SLAM.
   std::int64_t poses_epoch_ = -1, poses_version_ = 0;

@@ -23,9 +23,10 @@ class BoxNotes final : public OccupancyMap {
 
   void LogOddsAt(std::span<const Vec3>, std::span<float>) const override {}
   void LogOddsOf(std::span<const VoxelKey>, std::span<float>) const override {}
-  void LogOddsIn(const VoxelBox& box, std::vector<float>& log_odds) const override {
+  void LogOddsIn(const VoxelBox&, std::vector<float>&) const override {}
+  void NotFreeIn(const VoxelBox& box, std::vector<VoxelAnswer>& voxels) const override {
     boxes_.push_back(box);
-    log_odds.assign(box.count(), kUnknownLogOdds);
+    voxels.clear();
   }
   void CastRay(const Vec3&, const Vec3&, double, std::vector<RayVoxel>&) const override {}
   std::int64_t revision() const override { return 0; }
@@ -125,9 +126,9 @@ class MethodBench {
     const auto check = [&] {
       for (const Waypoint& pose : poses) checker.IsFree(*map_, pose);
     };
-    std::vector<float> log_odds;
+    std::vector<VoxelAnswer> not_free;
     const auto read = [&] {
-      for (const VoxelBox& box : notes.boxes()) map_->LogOddsIn(box, log_odds);
+      for (const VoxelBox& box : notes.boxes()) map_->NotFreeIn(box, not_free);
     };
     check();
     const double count = static_cast<double>(poses.size());

@@ -107,13 +107,9 @@ double OverlapAt(std::span<const BenchSubmap> submaps, const VoxelGrid& grid,
 
 std::size_t CountUnknown(const OccupancyMap& map, std::span<const BenchRay> rays) {
   std::size_t unknown = 0;
-  std::vector<RayVoxel> voxels;
-  for (const BenchRay& ray : rays) {
-    map.CastRay(ray.origin_W, ray.direction_W, kRayLength_m, voxels);
+  for (const BenchRay& ray : rays)
     unknown += static_cast<std::size_t>(
-        std::count_if(voxels.begin(), voxels.end(),
-                      [](const RayVoxel& voxel) { return !IsKnown(voxel.log_odds); }));
-  }
+        map.CountUnknown(ray.origin_W, {&ray.direction_W, 1}, kRayLength_m));
   return unknown;
 }
 

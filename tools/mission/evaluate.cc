@@ -6,7 +6,6 @@
 #include "lib/base/errors.h"
 #include "lib/base/files.h"
 #include "lib/base/parallel.h"
-#include "lib/baselines/standard_map.h"
 #include "lib/evaluation/cloud_error.h"
 #include "lib/evaluation/coverage.h"
 #include "lib/geometry/cloud_file.h"
@@ -114,25 +113,15 @@ std::vector<Vec3> MapCloud(const Run& run, bool at_odometry) {
   return cloud_W;
 }
 
+/// Occupied voxels of the standard map. ScanInserter gives what StandardMap's OctoMap gives, voxel
+/// for voxel, some ten times faster.
 std::vector<Vec3> StandardCloud(const Run& run) {
-  StandardMap map(run.submap.voxel_size_m, run.sensor_model);
+  BrickGrid grid(run.submap.voxel_size_m);
+  ScanInserter inserter(SensorModel(run.sensor_model), run.submap.voxel_size_m);
   for (const auto& scans : run.scans_of)
-    for (const PlacedScan& placed : scans) map.Insert(placed.run->scan, placed.run->odometry.X_OB);
-  BrickGrid occupied(run.submap.voxel_size_m);
-  for (auto leaf = map.tree().begin_leafs(); leaf != map.tree().end_leafs(); ++leaf) {
-    const LogOddsUnits units = ToUnits(leaf->getLogOdds());
-    if (units < run.occupied_from()) continue;
-    // OctoMap prunes eight equal voxels into one leaf.
-    const octomap::point3d p = leaf.getCoordinate();
-    const auto side =
-        static_cast<std::int32_t>(1u << (map.tree().getTreeDepth() - leaf.getDepth()));
-    const double to_first_m = 0.5 * (side - 1) * run.submap.voxel_size_m;
-    const VoxelKey first =
-        occupied.grid().KeyOf(Vec3(p.x(), p.y(), p.z()) - Vec3::Constant(to_first_m));
-    ForEachVoxel({first, {first.x + side - 1, first.y + side - 1, first.z + side - 1}},
-                 [&](const VoxelKey& voxel) { occupied.At(voxel) = units; });
-  }
-  return OccupiedPoints(occupied, run.occupied_from(), run.options.min_neighbours);
+    for (const PlacedScan& placed : scans)
+      inserter.Insert(placed.run->scan, placed.run->odometry.X_OB, grid);
+  return OccupiedPoints(grid, run.occupied_from(), run.options.min_neighbours);
 }
 
 double RmseOf(const std::vector<Vec3>& cloud, const std::vector<Vec3>& truth) {
@@ -274,12 +263,32 @@ void JudgeCoverage(const Run& run, Json& metrics, Json& series) {
   series["volume"] = SeriesOf(volume.curve());
 }
 
+/// The hull's clearance at each pose, where it may be the least of all; elsewhere a bound that lies
+/// above that. From pose to pose it changes by no more than the hull's corners move.
+std::vector<double> LeastClearances(const MeshClearance& clearance, const Vec3& hull_size_m,
+                                    const Trajectory& truth) {
+  const double corner_m = 0.5 * hull_size_m.norm();
+  constexpr std::size_t kPiece = 2000;
+  std::vector<double> distance_m(truth.size());
+  ParallelFor((truth.size() + kPiece - 1) / kPiece, [&](std::size_t piece) {
+    double least_m = std::numeric_limits<double>::max(), bound_m = 0;
+    for (std::size_t i = piece * kPiece; i < std::min(truth.size(), (piece + 1) * kPiece); ++i) {
+      if (i > piece * kPiece) {
+        const Vec6 motion = Log(Ominus(truth[i - 1].X_WB, truth[i].X_WB));
+        bound_m -= motion.head<3>().norm() + corner_m * motion.tail<3>().norm();
+      }
+      if (bound_m <= std::max(0.0, least_m)) bound_m = clearance.DistanceAt(truth[i].X_WB);
+      distance_m[i] = bound_m;
+      least_m = std::min(least_m, bound_m);
+    }
+  });
+  return distance_m;
+}
+
 void JudgeCollisions(const Run& run, Json& metrics) {
   const MeshClearance clearance(run.scene_W, run.vehicle.hull_size_m);
-  std::vector<double> distance_m(run.record.truth.size());
-  ParallelFor(distance_m.size(), [&](std::size_t i) {
-    distance_m[i] = clearance.DistanceAt(run.record.truth[i].X_WB);
-  });
+  const std::vector<double> distance_m =
+      LeastClearances(clearance, run.vehicle.hull_size_m, run.record.truth);
   int collisions = 0;
   double min_m = std::numeric_limits<double>::max();
   bool was_touching = false;

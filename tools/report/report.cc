@@ -1,7 +1,10 @@
 #include "tools/report/report.h"
 
+#include <functional>
+
 #include "lib/base/errors.h"
 #include "lib/base/files.h"
+#include "lib/base/parallel.h"
 #include "tools/report/html.h"
 #include "tools/report/key_figures.h"
 #include "tools/report/pictures.h"
@@ -81,17 +84,25 @@ void WriteReport(const std::filesystem::path& folder) {
 void WriteReport(const std::filesystem::path& folder, const std::filesystem::path& out) {
   const RunFolder run = ReadRunFolder(folder);
   const std::string title = run.Title();
-  const std::string body = "<h1>" + EscapeHtml(title) + "</h1>\n" + LeadHtml(run) +
-                           HtmlSection("figures", "Key figures", KeyFiguresHtml(run)) +
-                           HtmlSection("reconstruction", "Reconstruction",
-                                       ReconstructionHtml(folder, run.map.voxel_size_m)) +
-                           HtmlSection("paths", "Paths", PathsHtml(run)) +
-                           HtmlSection("progress", "Progress", ProgressHtml(run)) +
-                           HtmlSection("occupancy", "Occupancy", OccupancyHtml(run)) +
-                           HtmlSection("graph", "Pose graph", PoseGraphHtml(run)) +
-                           HtmlSection("timing", "Planning time", TimingHtml(run)) +
-                           HtmlSection("parameters", "Parameters", ParametersHtml(run)) +
-                           HtmlSection("reproduce", "The same again", ReproduceHtml(run));
+  // Each draws for itself, by programs of its own.
+  const std::vector<std::function<std::string()>> drawn = {
+      [&] { return ReconstructionHtml(folder, run.map.voxel_size_m); },
+      [&] { return PathsHtml(run); },
+      [&] { return ProgressHtml(run); },
+      [&] { return OccupancyHtml(run); },
+      [&] { return PoseGraphHtml(run); },
+      [&] { return TimingHtml(run); }};
+  std::vector<std::string> html(drawn.size());
+  ParallelFor(drawn.size(), [&](std::size_t i) { html[i] = drawn[i](); });
+  const std::string body =
+      "<h1>" + EscapeHtml(title) + "</h1>\n" + LeadHtml(run) +
+      HtmlSection("figures", "Key figures", KeyFiguresHtml(run)) +
+      HtmlSection("reconstruction", "Reconstruction", html[0]) +
+      HtmlSection("paths", "Paths", html[1]) + HtmlSection("progress", "Progress", html[2]) +
+      HtmlSection("occupancy", "Occupancy", html[3]) + HtmlSection("graph", "Pose graph", html[4]) +
+      HtmlSection("timing", "Planning time", html[5]) +
+      HtmlSection("parameters", "Parameters", ParametersHtml(run)) +
+      HtmlSection("reproduce", "The same again", ReproduceHtml(run));
   WriteFileAtomically(out, HtmlPage(title, body));
 }
 

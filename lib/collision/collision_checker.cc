@@ -63,8 +63,8 @@ void CollisionChecker::FindObstacles(const OccupancyMap& map,
       obstacles_.push_back({center_W, Vec3::Constant(rules_.unknown_clearance_m)});
     }
   }
-  sigma_m_.resize(occupied_.size());
-  map.SigmaOf(occupied_, sigma_m_);
+  sigma_m_.assign(occupied_.size(), 0);
+  if (rules_.uncertainty_sigmas * map.max_sigma_m() > 0) map.SigmaOf(occupied_, sigma_m_);
   for (std::size_t o = 0; o < occupied_.size(); ++o) {
     const double uncertainty_m =
         std::min(rules_.max_uncertainty_m, rules_.uncertainty_sigmas * sigma_m_[o]);
@@ -82,6 +82,8 @@ bool CollisionChecker::Touches(const Waypoint& at, double voxel_size_m) const {
     const Vec3 half_m = 0.5 * rules_.hull_size_m + obstacle.clearance_m;
     const Vec3 center_B = X_BW * obstacle.center_W_m;
     if ((center_B.cwiseAbs().array() > half_m.array() + voxel_radius_m).any()) continue;
+    // A voxel whose centre is inside needs no FCL.
+    if ((center_B.cwiseAbs().array() <= half_m.array()).all()) return true;
     Pose3 X_BV = X_BW;
     X_BV.translation() = center_B;
     const fcl::Boxd hull(2 * half_m);

@@ -46,34 +46,35 @@ class VoxelGrid {
 template <class Visit>
 void WalkVoxels(const VoxelGrid& grid, const Vec3& origin, const Vec3& direction, double length_m,
                 Visit visit) {
-  // What a step along each axis adds: tables, because which axis is next cannot be predicted.
-  struct Step {
-    std::int32_t key[3] = {0, 0, 0};
-    double next_m[3] = {0, 0, 0};
+  struct Axis {
+    std::int32_t step;
+    double next_m, delta_m;
   };
-  Step steps[3];
   VoxelKey key = grid.KeyOf(origin);
-  const std::int32_t start[3] = {key.x, key.y, key.z};
-  double next_m[3];
-  for (int i = 0; i < 3; ++i) {
-    steps[i].key[i] = direction[i] > 0 ? 1 : -1;
-    const double border = (start[i] + (direction[i] > 0 ? 1 : 0)) * grid.voxel_size_m();
-    const bool moves = direction[i] != 0;
-    next_m[i] = moves ? (border - origin[i]) / direction[i] : std::numeric_limits<double>::max();
-    steps[i].next_m[i] = moves ? grid.voxel_size_m() / std::abs(direction[i]) : 0;
-  }
-  double x_m = next_m[0], y_m = next_m[1], z_m = next_m[2], entered_m = 0;
+  const auto start = [&](int axis, std::int32_t index) {
+    const double border = (index + (direction[axis] > 0 ? 1 : 0)) * grid.voxel_size_m();
+    const bool moves = direction[axis] != 0;
+    return Axis{
+        direction[axis] > 0 ? 1 : -1,
+        moves ? (border - origin[axis]) / direction[axis] : std::numeric_limits<double>::max(),
+        moves ? grid.voxel_size_m() / std::abs(direction[axis]) : 0};
+  };
+  Axis x = start(0, key.x), y = start(1, key.y), z = start(2, key.z);
+  double entered_m = 0;
+  const auto advance = [&entered_m](Axis& axis, std::int32_t& index) {
+    entered_m = axis.next_m;
+    axis.next_m += axis.delta_m;
+    index += axis.step;
+  };
   while (visit(key, entered_m)) {
-    const int xy = x_m < y_m ? 0 : 1;
-    const double xy_m = x_m < y_m ? x_m : y_m;
-    const int axis = xy_m < z_m ? xy : 2;
-    entered_m = xy_m < z_m ? xy_m : z_m;
+    if (x.next_m < y.next_m && x.next_m < z.next_m) {
+      advance(x, key.x);
+    } else if (!(x.next_m < y.next_m) && y.next_m < z.next_m) {
+      advance(y, key.y);
+    } else {
+      advance(z, key.z);
+    }
     if (entered_m > length_m) return;
-    const Step& step = steps[axis];
-    key = {key.x + step.key[0], key.y + step.key[1], key.z + step.key[2]};
-    x_m += step.next_m[0];
-    y_m += step.next_m[1];
-    z_m += step.next_m[2];
   }
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -9,7 +10,8 @@
 
 namespace vog {
 
-/// Blocks by their key: an open-addressed hash table whose blocks stay where they are.
+/// Blocks by their key: an open-addressed hash table whose blocks stay where they are, side by side
+/// in large pieces of memory.
 template <class Block>
 class BlockTable {
  public:
@@ -23,23 +25,27 @@ class BlockTable {
 
   /// @pre there is none with this key.
   Block& Add(const VoxelKey& key) {
-    if (2 * (blocks_.size() + 1) > slots_.size()) Grow();
-    blocks_.push_back(std::make_unique<Block>());
-    Insert({key, blocks_.back().get()});
-    return *blocks_.back();
+    if (2 * (count_ + 1) > slots_.size()) Grow();
+    if (count_ % kPiece == 0) pieces_.push_back(std::make_unique<std::array<Block, kPiece>>());
+    Block& block = (*pieces_.back())[count_++ % kPiece];
+    Insert({key, &block});
+    return block;
   }
 
   template <class Visit>
   void ForEach(Visit visit) {
-    for (const auto& block : blocks_) visit(*block);
+    for (std::size_t i = 0; i < count_; ++i) visit((*pieces_[i / kPiece])[i % kPiece]);
   }
 
   void Clear() {
     slots_.clear();
-    blocks_.clear();
+    pieces_.clear();
+    count_ = 0;
   }
 
  private:
+  static constexpr std::size_t kPiece = 64;
+
   struct Slot {
     VoxelKey key;
     Block* block = nullptr;
@@ -62,7 +68,8 @@ class BlockTable {
   }
 
   std::vector<Slot> slots_;
-  std::vector<std::unique_ptr<Block>> blocks_;
+  std::vector<std::unique_ptr<std::array<Block, kPiece>>> pieces_;
+  std::size_t count_ = 0;
 };
 
 }  // namespace vog

@@ -95,16 +95,23 @@ std::vector<SubmapLanes> LanesFor(const std::vector<const PlacedSubmap*>& submap
 /// The remembered answers and what they came from.
 class VogMap::Cache {
  public:
-  struct Block {
-    VoxelKey key;
-    std::int64_t change = -1;    // Sums are those after this many changes of closed submaps.
-    std::int64_t revision = -1;  // Of the map when the block was last looked after.
-    bool holds_open = false;     // The answers contain the open submap.
+  /// What answers come from.
+  struct Sums {
+    std::int64_t change = -1;  // They are those after this many changes of closed submaps.
+    BlockBits is_summed;
+    std::array<VoxelSum, kBlockVoxels> sum;
     std::vector<CandidateLanes> candidates;  // Once has_candidates.
     bool has_candidates = false;
-    BlockBits is_summed, is_answered, is_not_free;
+  };
+
+  /// The answers: small, because the blocks of a view should stay near the processor.
+  struct Block {
     alignas(64) std::array<LogOddsUnits, kBlockVoxels> answer;
-    std::array<VoxelSum, kBlockVoxels> sum;
+    BlockBits is_answered, is_not_free;
+    VoxelKey key;
+    bool holds_open = false;     // The answers contain the open submap.
+    std::int64_t revision = -1;  // Of the map when the block was last looked after.
+    std::unique_ptr<Sums> sums;
   };
 
   Cache(const VoxelGrid& grid, const SensorModel& model) : grid_(grid), model_(model) {}
@@ -142,6 +149,7 @@ class VogMap::Cache {
     if (block == nullptr) {
       block = &blocks_.Add(key);
       block->key = key;
+      block->sums = std::make_unique<Sums>();
     }
     if (block->revision != revision_) Refresh(*block);
     last_block_ = block;
@@ -216,11 +224,11 @@ class VogMap::Cache {
   }
 
   void Refresh(Block& block) {
-    const bool keeps_sums = block.change == changes_ || Update(block);
+    const bool keeps_sums = block.sums->change == changes_ || Update(block);
     if (!keeps_sums) {
-      block.is_summed.Reset();
+      block.sums->is_summed.Reset();
       ForgetCandidates(block);
-      block.change = changes_;
+      block.sums->change = changes_;
     }
     const bool meets_open = MeetsOpen(block.key);
     if (!keeps_sums || meets_open || block.holds_open) ForgetAnswers(block);
@@ -243,11 +251,12 @@ class VogMap::Cache {
 
   /// Brings the sums of a block up to date from what has changed since; false if too much has.
   bool Update(Block& block) {
-    if (block.change < changes_ - static_cast<std::int64_t>(journal_.size())) return false;
-    if (!catch_up_ || catch_up_->from_change != block.change) catch_up_ = CatchUpFrom(block.change);
+    if (block.sums->change < changes_ - static_cast<std::int64_t>(journal_.size())) return false;
+    if (!catch_up_ || catch_up_->from_change != block.sums->change)
+      catch_up_ = CatchUpFrom(block.sums->change);
     ExchangeParts(CandidatesOf(catch_up_->out, grid_, block.key),
                   CandidatesOf(catch_up_->in, grid_, block.key), block);
-    block.change = changes_;
+    block.sums->change = changes_;
     return true;
   }
 
@@ -276,11 +285,11 @@ class VogMap::Cache {
                      Block& block) {
     if (out.empty() && in.empty()) return;
     ForgetCandidates(block);
-    block.is_summed.ForEach([&](int index) {
+    block.sums->is_summed.ForEach([&](int index) {
       const VoxelSum lost = SumCandidates(out, grid_, block.key, OffsetOf(index));
       const VoxelSum got = SumCandidates(in, grid_, block.key, OffsetOf(index));
       if (lost.observers == 0 && got.observers == 0) return;
-      VoxelSum& sum = block.sum[static_cast<std::size_t>(index)];
+      VoxelSum& sum = block.sums->sum[static_cast<std::size_t>(index)];
       sum.units += got.units - lost.units;
       sum.observers += got.observers - lost.observers;
       if (!block.holds_open) Answer(block, index);
@@ -288,27 +297,27 @@ class VogMap::Cache {
   }
 
   const std::vector<CandidateLanes>& CandidatesFor(Block& block) {
-    if (block.has_candidates) return block.candidates;
+    if (block.sums->has_candidates) return block.sums->candidates;
     if (held_groups_ > kMaxHeldGroups)
       blocks_.ForEach([this](Block& other) { ForgetCandidates(other); });
-    block.candidates = CandidatesOf(submaps_, grid_, block.key);
-    block.candidates.shrink_to_fit();
-    block.has_candidates = true;
-    held_groups_ += block.candidates.size();
-    return block.candidates;
+    block.sums->candidates = CandidatesOf(submaps_, grid_, block.key);
+    block.sums->candidates.shrink_to_fit();
+    block.sums->has_candidates = true;
+    held_groups_ += block.sums->candidates.size();
+    return block.sums->candidates;
   }
 
   void ForgetCandidates(Block& block) {
-    held_groups_ -= block.candidates.size();
-    block.candidates = {};
-    block.has_candidates = false;
+    held_groups_ -= block.sums->candidates.size();
+    block.sums->candidates = {};
+    block.sums->has_candidates = false;
   }
 
   [[gnu::noinline]] LogOddsUnits Answer(Block& block, int index) {
-    VoxelSum& sum = block.sum[static_cast<std::size_t>(index)];
-    if (!block.is_summed.Get(index)) {
+    VoxelSum& sum = block.sums->sum[static_cast<std::size_t>(index)];
+    if (!block.sums->is_summed.Get(index)) {
       sum = SumCandidates(CandidatesFor(block), grid_, block.key, OffsetOf(index));
-      block.is_summed.Set(index, true);
+      block.sums->is_summed.Set(index, true);
     }
     const LogOddsUnits units =
         block.holds_open ? WithOpen(sum, VoxelOf(block.key, index)) : Clamped(sum);
@@ -406,13 +415,14 @@ template <class Visit>
 void VogMap::WalkAnswers(const Vec3& origin_W, const Vec3& direction_W, double range_m,
                          Visit visit) const {
   Cache& cache = *cache_;
-  VoxelKey block_key = BlockKeyOf(grid().KeyOf(origin_W));
-  Cache::Block* block = &cache.BlockOf(block_key);
+  Cache::Block* block = nullptr;
+  VoxelKey corner;
   WalkVoxels(grid(), origin_W, direction_W, range_m, [&](const VoxelKey& voxel, double entered_m) {
-    const VoxelKey key = BlockKeyOf(voxel);
-    if (key != block_key) {
-      block_key = key;
-      block = &cache.BlockOf(key);
+    const bool is_in = (((voxel.x ^ corner.x) | (voxel.y ^ corner.y) | (voxel.z ^ corner.z)) &
+                        ~(kBlockSide - 1)) == 0;
+    if (!is_in || block == nullptr) [[unlikely]] {
+      block = &cache.BlockOf(BlockKeyOf(voxel));
+      corner = VoxelOf(block->key, 0);
     }
     return visit(voxel, entered_m, cache.UnitsOf(*block, IndexInBlock(voxel)));
   });

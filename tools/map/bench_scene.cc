@@ -57,6 +57,13 @@ Waypoint BenchScene::FreePose(Random& random) const {
   return pose;
 }
 
+Waypoint BenchScene::FreePoseNear(const Waypoint& from, double reach_m, Random& random) const {
+  for (;;) {
+    const Waypoint pose = FreePose(random);
+    if (LengthOf(from, pose) <= reach_m) return pose;
+  }
+}
+
 BenchScene::Way BenchScene::WayOf(SubmapId id) const {
   constexpr double kLength_m = 1, kTurn_rad = 0.8;
   constexpr int kSamples = 5;

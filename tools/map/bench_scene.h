@@ -42,6 +42,8 @@ class BenchScene {
   Waypoint AnyPose(Random& random) const;
   /// One where the vehicle's box touches nothing.
   Waypoint FreePose(Random& random) const;
+  /// One of those at most `reach_m` away from `from`.
+  Waypoint FreePoseNear(const Waypoint& from, double reach_m, Random& random) const;
 
   std::uint64_t seed() const { return seed_; }
   const SonarOptions& sonar() const { return sonar_; }

@@ -50,11 +50,16 @@ std::vector<BenchRay> ViewRays(const SonarOptions& sonar, const Pose3& X_WB) {
   return rays;
 }
 
+/// The views of a tree: each at most an edge away from one before, which is drawn anew.
 std::vector<BenchRay> StepRays(const BenchScene& scene) {
+  constexpr double kEdge_m = 1;  // Table III.
   Random random(scene.seed(), "bench views");
+  std::vector<Waypoint> nodes = {scene.FreePose(random)};
   std::vector<BenchRay> rays;
   for (int view = 0; view < kStepViews; ++view) {
-    const auto more = ViewRays(scene.sonar(), scene.FreePose(random).X_WB());
+    const auto parent = static_cast<std::size_t>(random.Index(static_cast<int>(nodes.size())));
+    nodes.push_back(scene.FreePoseNear(nodes[parent], kEdge_m, random));
+    const auto more = ViewRays(scene.sonar(), nodes.back().X_WB());
     rays.insert(rays.end(), more.begin(), more.end());
   }
   return rays;

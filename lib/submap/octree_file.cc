@@ -225,6 +225,7 @@ std::variant<BrickGrid, std::string> FromNodes(const Header& header, std::string
   } catch (const std::length_error& error) {
     return error.what();
   }
+  grid.Compact();
   return grid;
 }
 

@@ -130,6 +130,7 @@ BenchSubmap BenchScene::SubmapOf(SubmapId id) const {
   ScanInserter inserter(SensorModel(SensorModelOptions{}), submap_.voxel_size_m);
   for (const PosedScan& posed : scans)
     inserter.Insert(posed.scan, Ominus(scans.front().X_WB, posed.X_WB), submap->grid);
+  submap->grid.Compact();
   Random random(seed_, "bench poses", id);
   return {submap, Nudged(scans.front().X_WB, random)};
 }

@@ -36,17 +36,14 @@ std::vector<BenchRay> RandomRays(const BenchScene& scene) {
   return rays;
 }
 
-/// The rays of a view, spread over the fan and its sweep.
-std::vector<BenchRay> ViewRays(const SonarOptions& sonar, const Pose3& X_WB) {
-  constexpr int kTilts = 8, kBearings = kViewRays / kTilts;
-  const double fan_rad = ToRadians(sonar.fov_deg), sweep_rad = ToRadians(sonar.tilt_amplitude_deg);
+/// The fan's beams, at one tilt.
+std::vector<BenchRay> ViewRays(const SonarOptions& sonar, const Pose3& X_WB, double tilt_rad) {
+  const double fan_rad = ToRadians(sonar.fov_deg);
+  const Pose3 X_WS = X_WB * SonarPose(sonar, tilt_rad);
   std::vector<BenchRay> rays;
-  for (int t = 0; t < kTilts; ++t) {
-    const Pose3 X_WS = X_WB * SonarPose(sonar, sweep_rad * (2.0 * t / (kTilts - 1) - 1));
-    for (int b = 0; b < kBearings; ++b)
-      rays.push_back({X_WS.translation(),
-                      X_WS.linear() * BeamDirection(fan_rad * (1.0 * b / (kBearings - 1) - 0.5))});
-  }
+  for (int b = 0; b < kViewRays; ++b)
+    rays.push_back({X_WS.translation(),
+                    X_WS.linear() * BeamDirection(fan_rad * (1.0 * b / (kViewRays - 1) - 0.5))});
   return rays;
 }
 
@@ -59,7 +56,8 @@ std::vector<BenchRay> StepRays(const BenchScene& scene) {
   for (int view = 0; view < kStepViews; ++view) {
     const auto parent = static_cast<std::size_t>(random.Index(static_cast<int>(nodes.size())));
     nodes.push_back(scene.FreePoseNear(nodes[parent], kEdge_m, random));
-    const auto more = ViewRays(scene.sonar(), nodes.back().X_WB());
+    const double tilt_rad = ToRadians(scene.sonar().tilt_amplitude_deg) * random.Uniform(-1, 1);
+    const auto more = ViewRays(scene.sonar(), nodes.back().X_WB(), tilt_rad);
     rays.insert(rays.end(), more.begin(), more.end());
   }
   return rays;

@@ -108,16 +108,19 @@ class OccupancyMap {
     return ray.back();
   }
 
-  /// How many unknown voxels the rays of a view cross before they end, each ray for itself.
-  virtual int CountUnknown(const Vec3& origin_W, std::span<const Vec3> directions_W,
-                           double range_m) const {
-    int unknown = 0;
+  /// Replaces `unknown` by the unknown voxels that the rays of a view enter at `min_range_m` or
+  /// beyond, before they end as CastRay()'s do: ray by ray, each ray's in their order.
+  virtual void SeeUnknown(const Vec3& origin_W, std::span<const Vec3> directions_W,
+                          double min_range_m, double range_m,
+                          std::vector<VoxelKey>& unknown) const {
+    unknown.clear();
     std::vector<RayVoxel> ray;
     for (const Vec3& direction_W : directions_W) {
       CastRay(origin_W, direction_W, range_m, ray);
-      for (const RayVoxel& voxel : ray) unknown += !IsKnown(voxel.log_odds);
+      for (const RayVoxel& voxel : ray)
+        if (!IsKnown(voxel.log_odds) && voxel.entered_m >= min_range_m)
+          unknown.push_back(voxel.key);
     }
-    return unknown;
   }
 
   /// How far the content of each voxel may lie sideways from where the map shows it, seen from the

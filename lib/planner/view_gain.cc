@@ -55,15 +55,12 @@ int ViewGain::Visible(const OccupancyMap& map, const Waypoint& at) const {
   const Eigen::AlignedBox3d counted_W = view_W.intersection(box_W_);
   if (counted_W.isEmpty()) return 0;
   marks_.Begin(VoxelsOf(map.grid(), counted_W));
-  int visible = 0;
-  for (const Vec3& direction_B : directions_B_) {
-    map.CastRay(origin_W, X_WB.linear() * direction_B, range_m_, ray_);
-    for (const RayVoxel& voxel : ray_) {
-      if (!IsKnown(voxel.log_odds) && voxel.entered_m >= min_range_m_ && marks_.Mark(voxel.key))
-        ++visible;
-    }
-  }
-  return visible;
+  directions_W_.clear();
+  for (const Vec3& direction_B : directions_B_)
+    directions_W_.push_back(X_WB.linear() * direction_B);
+  map.SeeUnknown(origin_W, directions_W_, min_range_m_, range_m_, unknown_);
+  return static_cast<int>(std::count_if(unknown_.begin(), unknown_.end(),
+                                        [this](const VoxelKey& key) { return marks_.Mark(key); }));
 }
 
 }  // namespace vog

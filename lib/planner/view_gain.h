@@ -39,7 +39,8 @@ class ViewGain {
   std::vector<Vec3> directions_B_;
   Eigen::AlignedBox3d box_W_;
   mutable Marks marks_;
-  mutable std::vector<RayVoxel> ray_;
+  mutable std::vector<Vec3> directions_W_;  // Of the last view; kept for their memory.
+  mutable std::vector<VoxelKey> unknown_;   // Likewise.
 };
 
 }  // namespace vog

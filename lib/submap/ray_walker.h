@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "lib/geometry/lane_walk.h"
 #include "lib/geometry/voxel_grid.h"
 
 namespace vog {
@@ -19,16 +20,16 @@ struct Ray {
 /// before its last; none of a ray within one voxel or with an end beyond OctoMap's 2^16 keys.
 class RayWalker {
  public:
-  /// The instructions to walk with; the voxels are the same.
-  enum class Form { kBaseline, kAvx2 };
-  static bool Supports(Form form);
-  static Form FastestForm() { return Supports(Form::kAvx2) ? Form::kAvx2 : Form::kBaseline; }
-
   /// @pre Supports(form).
-  explicit RayWalker(double voxel_size_m, Form form = FastestForm());
+  explicit RayWalker(double voxel_size_m, WalkForm form = FastestWalkForm());
 
   /// The voxel that holds `point`, if OctoMap has a key for it.
-  std::optional<VoxelKey> KeyOf(const Eigen::Vector3f& point) const;
+  std::optional<VoxelKey> KeyOf(const Eigen::Vector3f& point) const {
+    const double x = voxels_per_m_ * point.x(), y = voxels_per_m_ * point.y(),
+                 z = voxels_per_m_ * point.z();
+    if (!HasKey(x) || !HasKey(y) || !HasKey(z)) return std::nullopt;
+    return VoxelKey{Floor(x), Floor(y), Floor(z)};
+  }
 
   /// Calls `visit(key)` for each voxel that a ray passes, at least once and seldom again; those of
   /// a single ray in their order.
@@ -58,28 +59,32 @@ class RayWalker {
             static_cast<std::int16_t>(z - kOrigin)};
   }
 
-  static constexpr int kLanes = 8;
+  static constexpr int kLanes = WalkLanes::kLanes;
   static constexpr int kRound = 8;  // Steps of all lanes between two looks at which have ended.
-  using Doubles = double[kLanes];
-  using Integers = std::int64_t[kLanes];
+
+  /// Whether a coordinate in voxels is within OctoMap's 2^16 keys; not a number never is.
+  static bool HasKey(double coordinate) { return coordinate >= -32768 && coordinate < 32768; }
+
+  /// Without the call that std::floor is on processors of old.
+  static std::int32_t Floor(double coordinate) {
+    const auto truncated = static_cast<std::int32_t>(coordinate);
+    return truncated - (coordinate < truncated);
+  }
 
   /// As many rays, each at a voxel. Lanes that have ended stay where they are.
-  struct alignas(32) Lanes {
-    Doubles next_m[3];  ///< Where along the ray it leaves its voxel through a face across the axis.
-    Doubles delta_m[3];  ///< Between two such faces.
-    Integers step[3];    ///< To the voxel behind such a face, packed.
+  struct alignas(32) Lanes : WalkLanes {
     Doubles length_m;
     Integers key, end;  ///< Packed.
     Integers walks;     ///< All bits of a lane that has not ended.
   };
   /// The voxels of the lanes in the steps of a round.
   struct alignas(32) Trace {
-    Integers keys[kRound];
+    WalkLanes::Integers keys[kRound];
   };
 
   void Collect(const std::vector<Ray>& rays);
   bool Start(const Ray& ray, int lane);
-  void WalkLanes();
+  void WalkToEnds();
   void Keep(const Trace& trace);
 
   template <int kWidth>
@@ -88,7 +93,7 @@ class RayWalker {
   static void WalkRoundAvx2(Lanes& lanes, Trace& trace);
 
   double voxel_size_m_, voxels_per_m_;
-  Form form_;
+  WalkForm form_;
   Lanes lanes_;
   Trace trace_;
   std::vector<PackedKey> passed_;  // With room for a round beyond passed_count_.

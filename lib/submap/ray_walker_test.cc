@@ -44,10 +44,10 @@ std::vector<VoxelKey> WalkOf(RayWalker& walker, const std::vector<Ray>& rays) {
   return walk;
 }
 
-class RayWalkerTest : public testing::TestWithParam<RayWalker::Form> {
+class RayWalkerTest : public testing::TestWithParam<WalkForm> {
  protected:
   void SetUp() override {
-    if (!RayWalker::Supports(GetParam())) GTEST_SKIP() << "not on this processor";
+    if (!Supports(GetParam())) GTEST_SKIP() << "not on this processor";
   }
 
   Eigen::Vector3f Point(double half_side_m) {
@@ -80,7 +80,7 @@ class RayWalkerTest : public testing::TestWithParam<RayWalker::Form> {
 };
 
 INSTANTIATE_TEST_SUITE_P(Forms, RayWalkerTest,
-                         testing::Values(RayWalker::Form::kBaseline, RayWalker::Form::kAvx2));
+                         testing::Values(WalkForm::kBaseline, WalkForm::kAvx2));
 
 TEST_P(RayWalkerTest, WalksAsOctomapAnywhere) {
   for (int i = 0; i < 5000; ++i) ExpectOctomapsWalk({Point(6), Point(6)});
@@ -201,7 +201,7 @@ TEST_P(RayWalkerTest, ManyRaysPassWhatEachOfThemPasses) {
 }
 
 TEST_P(RayWalkerTest, FormsVisitTheSameInTheSameOrder) {
-  RayWalker baseline(kVoxel_m, RayWalker::Form::kBaseline);
+  RayWalker baseline(kVoxel_m, WalkForm::kBaseline);
   for (int scan = 0; scan < 100; ++scan) {
     std::vector<Ray> rays;
     for (int i = 0; i < 50; ++i) rays.push_back({Point(3), Point(3)});

@@ -8,7 +8,7 @@
 
 namespace vog {
 
-ScanInserter::ScanInserter(const SensorModel& model, double voxel_size_m, RayWalker::Form form)
+ScanInserter::ScanInserter(const SensorModel& model, double voxel_size_m, WalkForm form)
     : model_(model), walker_(voxel_size_m, form) {}
 
 void ScanInserter::Insert(const Scan& scan, const Pose3& X_MB, BrickGrid& grid) {

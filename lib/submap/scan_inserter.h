@@ -16,8 +16,7 @@ namespace vog {
 /// window's start.
 class ScanInserter {
  public:
-  ScanInserter(const SensorModel& model, double voxel_size_m,
-               RayWalker::Form form = RayWalker::FastestForm());
+  ScanInserter(const SensorModel& model, double voxel_size_m, WalkForm form = FastestWalkForm());
 
   /// Adds `scan`, taken with the body at `X_MB`, to `grid`. @pre always the same grid, never
   /// made compact between: the inserter remembers which of its voxels a scan has touched.

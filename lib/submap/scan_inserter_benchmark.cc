@@ -109,8 +109,8 @@ void Octomap(benchmark::State& state, bool lazy) {
 BENCHMARK_CAPTURE(Octomap, eager, false)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(Octomap, lazy, true)->Unit(benchmark::kMillisecond);
 
-void Inserter(benchmark::State& state, RayWalker::Form form) {
-  if (!RayWalker::Supports(form)) return state.SkipWithError("not on this processor");
+void Inserter(benchmark::State& state, WalkForm form) {
+  if (!Supports(form)) return state.SkipWithError("not on this processor");
   const std::vector<PosedScan> scans = TankScans();
   for (auto _ : state) {
     BrickGrid grid(kVoxel_m);
@@ -120,8 +120,8 @@ void Inserter(benchmark::State& state, RayWalker::Form form) {
   }
   CountBeams(state);
 }
-BENCHMARK_CAPTURE(Inserter, baseline, RayWalker::Form::kBaseline)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(Inserter, avx2, RayWalker::Form::kAvx2)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(Inserter, baseline, WalkForm::kBaseline)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(Inserter, avx2, WalkForm::kAvx2)->Unit(benchmark::kMillisecond);
 
 /// Prints beams a second of each benchmark, and how many times those of the first that is.
 class RatioReporter : public benchmark::ConsoleReporter {

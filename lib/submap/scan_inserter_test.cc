@@ -98,9 +98,9 @@ TEST_F(ScanInserterTest, ScansOfEchoesAloneDoWhatOctomapDoesWithTheirEndPoints) 
 }
 
 TEST_F(ScanInserterTest, FormsDoTheSameOverManyScans) {
-  if (!RayWalker::Supports(RayWalker::Form::kAvx2)) GTEST_SKIP() << "not on this processor";
-  ScanInserter baseline(model_, kVoxel_m, RayWalker::Form::kBaseline);
-  ScanInserter avx2(model_, kVoxel_m, RayWalker::Form::kAvx2);
+  if (!Supports(WalkForm::kAvx2)) GTEST_SKIP() << "not on this processor";
+  ScanInserter baseline(model_, kVoxel_m, WalkForm::kBaseline);
+  ScanInserter avx2(model_, kVoxel_m, WalkForm::kAvx2);
   BrickGrid other(kVoxel_m);
   for (int step = 0; step < 600; ++step) {  // The inserter's numbers of scans go round.
     const Scan scan = RandomScan(FromUtime(step), random_);

@@ -44,19 +44,19 @@ struct BlockBox {
 };
 
 /// The definition: what the lanes must come to.
-[[gnu::noinline]] void AddExactly(const PlacedSubmap& placed, const VoxelGrid& grid,
-                                  const VoxelKey& voxel, VoxelSum& sum) {
+[[gnu::noinline]] void AddExactly(const PlacedSubmap& placed, std::int32_t sign,
+                                  const VoxelGrid& grid, const VoxelKey& voxel, VoxelSum& sum) {
   const BrickGrid& bricks = placed.submap->grid;
   const LogOddsUnits units = bricks.Get(bricks.grid().KeyOf(placed.X_MW * grid.CenterOf(voxel)));
-  if (units == kUnknownUnits) return;
-  sum.units += units;
-  ++sum.observers;
+  if (units != kUnknownUnits) sum.Add(units, sign);
 }
 
 void AddExactly(const CandidateLanes& group, unsigned lanes, const VoxelGrid& grid,
                 const VoxelKey& voxel, VoxelSum& sum) {
-  for (; lanes != 0; lanes &= lanes - 1)
-    AddExactly(*group.placed[static_cast<std::size_t>(std::countr_zero(lanes))], grid, voxel, sum);
+  for (; lanes != 0; lanes &= lanes - 1) {
+    const auto lane = static_cast<std::size_t>(std::countr_zero(lanes));
+    AddExactly(*group.placed[lane], group.sign[lane], grid, voxel, sum);
+  }
 }
 
 // --- One lane at a time ---
@@ -83,7 +83,7 @@ void AddLane(std::size_t lane, const CandidateLanes& group, const VoxelGrid& gri
   const AxisPlace x = PlaceAlong(0, lane, group, offset), y = PlaceAlong(1, lane, group, offset),
                   z = PlaceAlong(2, lane, group, offset);
   if (!x.is_sure || !y.is_sure || !z.is_sure) {
-    AddExactly(*group.placed[lane], grid, voxel, sum);
+    AddExactly(*group.placed[lane], group.sign[lane], grid, voxel, sum);
     return;
   }
   const auto brick = [](const AxisPlace& place) {
@@ -98,9 +98,7 @@ void AddLane(std::size_t lane, const CandidateLanes& group, const VoxelGrid& gri
   if (number == BrickGrid::kNoBrick) return;
   const int index = BrickGrid::IndexInBrick({x.voxel, y.voxel, z.voxel});
   const LogOddsUnits units = group.values[lane][number * BrickGrid::kBrickVoxels + index];
-  if (units == kUnknownUnits) return;
-  sum.units += units;
-  ++sum.observers;
+  if (units != kUnknownUnits) sum.Add(units, group.sign[lane]);
 }
 
 VoxelSum SumNarrow(const std::vector<CandidateLanes>& candidates, const VoxelGrid& grid,
@@ -250,8 +248,9 @@ VOG_WIDE VoxelSum SumWide(const std::vector<CandidateLanes>& candidates, const V
     const __m256i values = Values(group, _mm256_or_si256(first, IndexInBrick(x, y, z)), bricks.in);
     const __m256i known = _mm256_andnot_si256(
         _mm256_cmpeq_epi32(values, _mm256_set1_epi32(kUnknownUnits)), bricks.in);
-    units = _mm256_add_epi32(units, _mm256_and_si256(values, known));
-    observers = _mm256_sub_epi32(observers, known);
+    const __m256i sign = _mm256_and_si256(Load(group.sign), known);
+    units = _mm256_add_epi32(units, _mm256_sign_epi32(values, sign));
+    observers = _mm256_add_epi32(observers, sign);
   }
   return {exact.units + SumOf(units), exact.observers + SumOf(observers)};
 }
@@ -270,9 +269,11 @@ SubmapLanes::SubmapLanes() {
   for (int lane = 0; lane < kLanes; ++lane) Set(lane, nullptr, 1);
 }
 
-void SubmapLanes::Set(int lane, const PlacedSubmap* submap, double voxel_size_m) {
+void SubmapLanes::Set(int lane, const PlacedSubmap* submap, double voxel_size_m,
+                      std::int32_t sign) {
   const auto i = static_cast<std::size_t>(lane);
   placed_[i] = submap;
+  sign_[i] = sign;
   for (auto& row : min_M_) row[i] = std::numeric_limits<float>::infinity();
   if (submap == nullptr || submap->bounds_M.isEmpty()) return;
   const double voxels_per_m = 1 / submap->submap->grid.grid().voxel_size_m();
@@ -309,8 +310,8 @@ CandidateLanes::CandidateLanes() {
   for (auto& row : voxel_M) row.fill(std::numeric_limits<std::int32_t>::min());
 }
 
-void CandidateLanes::Set(int lane, const PlacedSubmap& submap, const VoxelGrid& grid,
-                         const Vec3& first_M) {
+void CandidateLanes::Set(int lane, const PlacedSubmap& submap, std::int32_t of_sign,
+                         const VoxelGrid& grid, const Vec3& first_M) {
   const auto i = static_cast<std::size_t>(lane);
   const BrickGrid& bricks = submap.submap->grid;
   const double voxels_a_voxel = grid.voxel_size_m() / bricks.grid().voxel_size_m();
@@ -329,6 +330,7 @@ void CandidateLanes::Set(int lane, const PlacedSubmap& submap, const VoxelGrid& 
   table[i] = bricks.table();
   values[i] = bricks.values();
   placed[i] = &submap;
+  sign[i] = of_sign;
 }
 
 std::vector<CandidateLanes> CandidatesOf(const std::vector<SubmapLanes>& submaps,
@@ -342,11 +344,12 @@ std::vector<CandidateLanes> CandidatesOf(const std::vector<SubmapLanes>& submaps
   int count = 0;
   for (const SubmapLanes& group : submaps)
     for (unsigned left = group.MayKnow(middle_W); left != 0; left &= left - 1) {
-      const PlacedSubmap& submap = *group.placed(std::countr_zero(left));
+      const int lane = std::countr_zero(left);
+      const PlacedSubmap& submap = *group.placed(lane);
       const BlockBox box(submap, grid, first_W);
       if (!box.HasBrick()) continue;
       if (count % kLanes == 0) candidates.emplace_back();
-      candidates.back().Set(count++ % kLanes, submap, grid, box.first_M);
+      candidates.back().Set(count++ % kLanes, submap, group.sign(lane), grid, box.first_M);
     }
   return candidates;
 }

@@ -10,6 +10,11 @@ namespace vog {
 
 /// The sum of eq. 5 at one voxel's centre before it is clamped, and the number of submaps in it.
 struct VoxelSum {
+  void Add(LogOddsUnits part, std::int32_t sign) {
+    units += sign * part;
+    observers += sign;
+  }
+
   std::int32_t units = 0;
   std::int32_t observers = 0;
 };
@@ -23,14 +28,16 @@ class SubmapLanes {
  public:
   SubmapLanes();
 
-  /// Fills a lane, or empties it with nullptr. `voxel_size_m` is that of W's grid.
-  void Set(int lane, const PlacedSubmap* submap, double voxel_size_m);
+  /// Fills a lane, or empties it with nullptr. `voxel_size_m` is that of W's grid. `sign`: 1, or -1
+  /// for a submap that is to be taken out of sums.
+  void Set(int lane, const PlacedSubmap* submap, double voxel_size_m, std::int32_t sign = 1);
 
   /// A bit for each lane whose submap may know a voxel of a block with the middle `middle_W`
   /// [voxels of W]: those that it leaves out do not.
   unsigned MayKnow(const std::array<float, 3>& middle_W) const;
 
   const PlacedSubmap* placed(int lane) const { return placed_[static_cast<std::size_t>(lane)]; }
+  std::int32_t sign(int lane) const { return sign_[static_cast<std::size_t>(lane)]; }
 
  private:
   /// X_MW row by row [voxels of M], and where the middle of a block must lie in M, a little
@@ -38,6 +45,7 @@ class SubmapLanes {
   alignas(32) std::array<std::array<float, kLanes>, 9> R_MW_{};
   alignas(32) std::array<std::array<float, kLanes>, 3> p_MW_{}, min_M_{}, max_M_{};
   std::array<const PlacedSubmap*, kLanes> placed_{};  // nullptr where a lane is empty.
+  std::array<std::int32_t, kLanes> sign_{};
 };
 
 /// Eight submaps that may know a voxel of a block, with all that it takes to sum them. The centre
@@ -45,7 +53,8 @@ class SubmapLanes {
 /// table, at the place `within` (0..1) along each axis. An empty lane is far outside its table.
 struct CandidateLanes {
   CandidateLanes();
-  void Set(int lane, const PlacedSubmap& submap, const VoxelGrid& grid, const Vec3& first_M);
+  void Set(int lane, const PlacedSubmap& submap, std::int32_t of_sign, const VoxelGrid& grid,
+           const Vec3& first_M);
 
   /// Row by row, in voxels of M a voxel of W.
   alignas(32) std::array<std::array<float, kLanes>, 9> R_MW{};
@@ -53,6 +62,7 @@ struct CandidateLanes {
   alignas(32) std::array<std::array<std::int32_t, kLanes>, 3> voxel_M;
   /// Bricks of the submap's table along each axis, less one.
   alignas(32) std::array<std::array<std::int32_t, kLanes>, 3> last_brick{};
+  alignas(32) std::array<std::int32_t, kLanes> sign{};
   alignas(32) std::array<const std::uint16_t*, kLanes> table{};
   alignas(32) std::array<const LogOddsUnits*, kLanes> values{};
   std::array<const PlacedSubmap*, kLanes> placed{};
@@ -62,7 +72,8 @@ struct CandidateLanes {
 std::vector<CandidateLanes> CandidatesOf(const std::vector<SubmapLanes>& submaps,
                                          const VoxelGrid& grid, const VoxelKey& block);
 
-/// Sums the submaps' log-odds at the centre of voxel `offset` (0..7 along each axis) of `block`.
+/// Sums the submaps' log-odds at the centre of voxel `offset` (0..7 along each axis) of `block`,
+/// and their number; those with sign -1 are taken away.
 ///
 /// The answer is that of the plain double arithmetic of VoxelGrid::KeyOf(X_MW * center_W), bit for
 /// bit: places are computed in float, and those that come too near to a voxel's border for float to

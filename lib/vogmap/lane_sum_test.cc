@@ -17,23 +17,26 @@ class LaneSumTest : public testing::Test {
  protected:
   ~LaneSumTest() override { AllowWideInstructions(true); }
 
-  void Add(SubmapPtr submap, const Pose3& X_WM) {
+  /// `sign`: as SubmapLanes::Set().
+  void Add(SubmapPtr submap, const Pose3& X_WM, std::int32_t sign = 1) {
     PlacedSubmap placed{std::move(submap), X_WM, X_WM.inverse(), {}, 0};
     placed.bounds_M = placed.submap->grid.BrickBounds();
     placed_.push_back(std::move(placed));
     const std::size_t i = placed_.size() - 1;
     if (i % kLanes == 0) lanes_.emplace_back();
-    lanes_.back().Set(static_cast<int>(i % kLanes), &placed_.back(), kVoxel_m);
+    lanes_.back().Set(static_cast<int>(i % kLanes), &placed_.back(), kVoxel_m, sign);
+    signs_.push_back(sign);
   }
 
   VoxelSum Literal(const VoxelKey& voxel) const {
     VoxelSum sum;
-    for (const PlacedSubmap& placed : placed_) {
+    for (std::size_t i = 0; i < placed_.size(); ++i) {
+      const PlacedSubmap& placed = placed_[i];
       const BrickGrid& grid = placed.submap->grid;
       const LogOddsUnits units = grid.Get(grid.grid().KeyOf(placed.X_MW * grid_.CenterOf(voxel)));
       if (units == kUnknownUnits) continue;
-      sum.units += units;
-      ++sum.observers;
+      sum.units += signs_[i] * units;
+      sum.observers += signs_[i];
     }
     return sum;
   }
@@ -68,6 +71,7 @@ class LaneSumTest : public testing::Test {
   Random random_{1, testing::UnitTest::GetInstance()->current_test_info()->name()};
   VoxelGrid grid_{kVoxel_m};
   std::deque<PlacedSubmap> placed_;
+  std::vector<std::int32_t> signs_;
   std::vector<SubmapLanes> lanes_;
 };
 
@@ -75,6 +79,12 @@ TEST_F(LaneSumTest, IsTheDefinitionAtRandomPoses) {
   for (int id = 0; id < 29; ++id)
     Add(RandomSubmap(id, kVoxel_m, random_), RandomPose(0.8, random_));
   EXPECT_GT(ExpectLiteralAround(3), 10000);
+}
+
+TEST_F(LaneSumTest, TakesAwayWhatIsToBeTakenOut) {
+  for (int id = 0; id < 29; ++id)
+    Add(RandomSubmap(id, kVoxel_m, random_), RandomPose(0.8, random_), id % 3 == 0 ? -1 : 1);
+  EXPECT_GT(ExpectLiteralAround(3), 3000);
 }
 
 // Every place is on a voxel's border or within rounding of it: only double can tell.

@@ -5,6 +5,7 @@
 #include <bit>
 #include <deque>
 
+#include "lib/geometry/view_walk.h"
 #include "lib/vogmap/block_table.h"
 #include "lib/vogmap/lane_sum.h"
 
@@ -25,6 +26,19 @@ int IndexInBlock(const VoxelKey& voxel) {
   constexpr int kMask = kBlockSide - 1;
   return (voxel.z & kMask) << (2 * kBlockBits) | (voxel.y & kMask) << kBlockBits |
          (voxel.x & kMask);
+}
+
+/// The bits of a packed key that tell a voxel's place in its block.
+constexpr ViewWalk::PackedKey kPackedInBlock = [] {
+  const ViewWalk::PackedKey row = kBlockSide - 1;
+  return row | row << ViewWalk::kBits | row << (2 * ViewWalk::kBits);
+}();
+
+int IndexInBlock(ViewWalk::PackedKey voxel) {
+  constexpr ViewWalk::PackedKey kRow = kBlockSide - 1;
+  constexpr int kShift = ViewWalk::kBits - kBlockBits;
+  return static_cast<int>((voxel & kRow) | (voxel >> kShift & kRow << kBlockBits) |
+                          (voxel >> (2 * kShift) & kRow << (2 * kBlockBits)));
 }
 
 VoxelKey OffsetOf(int index) {
@@ -79,15 +93,6 @@ std::uint64_t SliceMask(int x0, int x1, int y0, int y1) {
   std::uint64_t mask = 0;
   for (int y = y0; y <= y1; ++y) mask |= row << (kBlockSide * y);
   return mask;
-}
-
-/// Groups of lanes for a list of submaps.
-std::vector<SubmapLanes> LanesFor(const std::vector<const PlacedSubmap*>& submaps,
-                                  double voxel_size_m) {
-  std::vector<SubmapLanes> lanes((submaps.size() + kLanes - 1) / kLanes);
-  for (std::size_t i = 0; i < submaps.size(); ++i)
-    lanes[i / kLanes].Set(static_cast<int>(i % kLanes), submaps[i], voxel_size_m);
-  return lanes;
 }
 
 }  // namespace
@@ -148,7 +153,6 @@ class VogMap::Cache {
     Block* block = blocks_.Find(key);
     if (block == nullptr) {
       block = &blocks_.Add(key);
-      block->key = key;
       block->sums = std::make_unique<Sums>();
     }
     if (block->revision != revision_) Refresh(*block);
@@ -199,9 +203,15 @@ class VogMap::Cache {
   };
   /// What has to be taken out of the sums of a block and put into them.
   struct CatchUp {
+    void Add(const PlacedSubmap* submap, double voxel_size_m, std::int32_t sign) {
+      if (count % kLanes == 0) parts.emplace_back();
+      parts.back().Set(count++ % kLanes, submap, voxel_size_m, sign);
+    }
+
     std::int64_t from_change;
     std::deque<PlacedSubmap> before;
-    std::vector<SubmapLanes> out, in;
+    std::vector<SubmapLanes> parts;
+    int count = 0;
   };
 
   // Some 200 MB. Candidates are quick to find again.
@@ -254,8 +264,7 @@ class VogMap::Cache {
     if (block.sums->change < changes_ - static_cast<std::int64_t>(journal_.size())) return false;
     if (!catch_up_ || catch_up_->from_change != block.sums->change)
       catch_up_ = CatchUpFrom(block.sums->change);
-    ExchangeParts(CandidatesOf(catch_up_->out, grid_, block.key),
-                  CandidatesOf(catch_up_->in, grid_, block.key), block);
+    ExchangeParts(CandidatesOf(catch_up_->parts, grid_, block.key), block);
     block.sums->change = changes_;
     return true;
   }
@@ -267,31 +276,26 @@ class VogMap::Cache {
     std::map<SubmapId, const Change*> first;
     const auto since = static_cast<std::ptrdiff_t>(changes_ - change);
     for (auto it = journal_.end() - since; it != journal_.end(); ++it) first.emplace(it->id, &*it);
-    std::vector<const PlacedSubmap*> out, in;
     for (const auto& [id, entry] : first) {
-      if (entry->before.submap != nullptr) {
-        out.push_back(&catch_up->before.emplace_back(entry->before));
-      }
+      if (entry->before.submap != nullptr)
+        catch_up->Add(&catch_up->before.emplace_back(entry->before), grid_.voxel_size_m(), -1);
       if (const auto slot = slots_.find(id); slot != slots_.end())
-        in.push_back(submaps_[slot->second.group].placed(slot->second.lane));
+        catch_up->Add(submaps_[slot->second.group].placed(slot->second.lane), grid_.voxel_size_m(),
+                      1);
     }
-    catch_up->out = LanesFor(out, grid_.voxel_size_m());
-    catch_up->in = LanesFor(in, grid_.voxel_size_m());
     return catch_up;
   }
 
   /// Takes the parts of some submaps out of a block's sums and puts those of others in.
-  void ExchangeParts(const std::vector<CandidateLanes>& out, const std::vector<CandidateLanes>& in,
-                     Block& block) {
-    if (out.empty() && in.empty()) return;
+  void ExchangeParts(const std::vector<CandidateLanes>& parts, Block& block) {
+    if (parts.empty()) return;
     ForgetCandidates(block);
     block.sums->is_summed.ForEach([&](int index) {
-      const VoxelSum lost = SumCandidates(out, grid_, block.key, OffsetOf(index));
-      const VoxelSum got = SumCandidates(in, grid_, block.key, OffsetOf(index));
-      if (lost.observers == 0 && got.observers == 0) return;
+      const VoxelSum change = SumCandidates(parts, grid_, block.key, OffsetOf(index));
+      if (change.units == 0 && change.observers == 0) return;
       VoxelSum& sum = block.sums->sum[static_cast<std::size_t>(index)];
-      sum.units += got.units - lost.units;
-      sum.observers += got.observers - lost.observers;
+      sum.units += change.units;
+      sum.observers += change.observers;
       if (!block.holds_open) Answer(block, index);
     });
   }
@@ -358,6 +362,21 @@ class VogMap::Cache {
   BlockTable<Block> blocks_;
   std::size_t held_groups_ = 0;  // Of candidates, in all blocks.
   Block* last_block_ = nullptr;  // Is up to date.
+};
+
+/// A ray of a view on its way.
+struct VogMap::Gaze {
+  void Begin() {
+    block = nullptr;
+    last = -1;  // In no block of packed keys.
+    is_over = false;
+    unknown.clear();
+  }
+
+  Cache::Block* block;
+  ViewWalk::PackedKey last;
+  bool is_over;
+  std::vector<VoxelKey> unknown;
 };
 
 VogMap::VogMap(double voxel_size_m, const SensorModel& model)
@@ -450,15 +469,48 @@ std::optional<RayVoxel> VogMap::FirstHit(const Vec3& origin_W, const Vec3& direc
   return hit;
 }
 
-int VogMap::CountUnknown(const Vec3& origin_W, std::span<const Vec3> directions_W,
-                         double range_m) const {
-  int unknown = 0;
-  for (const Vec3& direction_W : directions_W)
-    WalkAnswers(origin_W, direction_W, range_m, [&](const VoxelKey&, double, LogOddsUnits units) {
-      unknown += units == kUnknownUnits;
-      return units < model().occupied_from;
-    });
-  return unknown;
+void VogMap::SeeUnknown(const Vec3& origin_W, std::span<const Vec3> directions_W,
+                        double min_range_m, double range_m, std::vector<VoxelKey>& unknown) const {
+  constexpr std::size_t kFew = 3;  // Side by side, one ray takes as long as these one by one.
+  if (directions_W.size() < kFew || !ViewWalk::Holds(grid(), origin_W, range_m)) {
+    SubmapMap::SeeUnknown(origin_W, directions_W, min_range_m, range_m, unknown);
+    return;
+  }
+  unknown.clear();
+  ViewWalk walk(grid());
+  std::array<Gaze, ViewWalk::kLanes> gazes;
+  for (std::size_t begin = 0; begin < directions_W.size(); begin += gazes.size()) {
+    const std::size_t rays = std::min(gazes.size(), directions_W.size() - begin);
+    walk.Clear();
+    for (std::size_t i = 0; i < rays; ++i) {
+      walk.Start(static_cast<int>(i), origin_W, directions_W[begin + i], range_m);
+      gazes[i].Begin();
+    }
+    for (std::size_t left = rays; left > 0;) {
+      const ViewWalk::Round& round = walk.Next();
+      for (std::size_t i = 0; i < rays; ++i)
+        if (!gazes[i].is_over && !Follow(round, i, min_range_m, gazes[i])) --left;
+    }
+    for (std::size_t i = 0; i < rays; ++i)
+      unknown.insert(unknown.end(), gazes[i].unknown.begin(), gazes[i].unknown.end());
+  }
+}
+
+bool VogMap::Follow(const ViewWalk::Round& round, std::size_t lane, double min_range_m,
+                    Gaze& gaze) const {
+  for (int step = 0; step < ViewWalk::kRound; ++step) {
+    const double entered_m = round.entered_m[step][lane];
+    if (std::isnan(entered_m)) return !(gaze.is_over = true);
+    const ViewWalk::PackedKey voxel = round.key[step][lane];
+    if ((voxel ^ gaze.last) & ~kPackedInBlock) [[unlikely]]
+      gaze.block = &cache_->BlockOf(BlockKeyOf(ViewWalk::Unpack(voxel)));
+    gaze.last = voxel;
+    const LogOddsUnits units = cache_->UnitsOf(*gaze.block, IndexInBlock(voxel));
+    if (units == kUnknownUnits && entered_m >= min_range_m)
+      gaze.unknown.push_back(ViewWalk::Unpack(voxel));
+    if (units >= model().occupied_from) return !(gaze.is_over = true);
+  }
+  return true;
 }
 
 void VogMap::SigmaOf(std::span<const VoxelKey> voxels, std::span<float> sigma_m) const {

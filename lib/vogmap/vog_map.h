@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "lib/geometry/view_walk.h"
 #include "lib/vogmap/submap_map.h"
 
 namespace vog {
@@ -40,8 +41,8 @@ class VogMap final : public SubmapMap {
                std::vector<RayVoxel>& ray) const override;
   std::optional<RayVoxel> FirstHit(const Vec3& origin_W, const Vec3& direction_W,
                                    double range_m) const override;
-  int CountUnknown(const Vec3& origin_W, std::span<const Vec3> directions_W,
-                   double range_m) const override;
+  void SeeUnknown(const Vec3& origin_W, std::span<const Vec3> directions_W, double min_range_m,
+                  double range_m, std::vector<VoxelKey>& unknown) const override;
   void SigmaOf(std::span<const VoxelKey> voxels, std::span<float> sigma_m) const override;
 
   /// Gives the memory of remembered answers back; the answers stay.
@@ -49,6 +50,7 @@ class VogMap final : public SubmapMap {
 
  private:
   class Cache;
+  struct Gaze;
 
   void OnChange(SubmapId id, const PlacedSubmap* before, const PlacedSubmap* after) override;
   void OnOpenChange() override;
@@ -56,6 +58,8 @@ class VogMap final : public SubmapMap {
   template <class Visit>
   void WalkAnswers(const Vec3& origin_W, const Vec3& direction_W, double range_m,
                    Visit visit) const;
+  /// Looks along the ray of a lane for a round; false once it has ended.
+  bool Follow(const ViewWalk::Round& round, std::size_t lane, double min_range_m, Gaze& gaze) const;
 
   std::unique_ptr<Cache> cache_;
 };

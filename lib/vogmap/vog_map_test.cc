@@ -265,22 +265,27 @@ TEST_F(VogMapTest, WhatIsNotFreeInABox) {
   }
 }
 
-TEST_F(VogMapTest, RaysAreCountedAndHitAsTheyAreCast) {
+TEST_F(VogMapTest, ViewsSeeAndRaysHitWhatIsCast) {
+  constexpr double kMinRange_m = 0.4, kRange_m = 2;
   for (int id = 0; id < 6; ++id) Place(id);
-  int hits = 0, unknown = 0;
+  int hits = 0;
+  std::size_t unknown = 0;
   for (int view = 0; view < 40; ++view) {
-    const Vec3 origin_W = RandomPoint(kHalfSide_m, random_);
+    // Also from where voxels have no short keys.
+    const Vec3 far_W = view % 10 == 9 ? Vec3(3e5, 0, 0) : Vec3::Zero();
+    const Vec3 origin_W = far_W + RandomPoint(kHalfSide_m, random_);
     std::vector<Vec3> directions_W;
     std::vector<RayVoxel> ray;
-    int expected = 0;
-    for (int i = 0; i < 9; ++i) {
+    std::vector<VoxelKey> expected, seen = {{1, 2, 3}};  // What was there is replaced.
+    for (int i = 0; i < view; ++i) {
       directions_W.push_back(RandomPoint(1, random_).normalized());
-      dut_.CastRay(origin_W, directions_W.back(), 2, ray);
+      dut_.CastRay(origin_W, directions_W.back(), kRange_m, ray);
       for (const RayVoxel& voxel : ray) {
         EXPECT_PRED2(Same, voxel.log_odds, literal_.LogOddsAt(dut_.grid().CenterOf(voxel.key)));
-        expected += !IsKnown(voxel.log_odds);
+        if (!IsKnown(voxel.log_odds) && voxel.entered_m >= kMinRange_m)
+          expected.push_back(voxel.key);
       }
-      const auto hit = dut_.FirstHit(origin_W, directions_W.back(), 2);
+      const auto hit = dut_.FirstHit(origin_W, directions_W.back(), kRange_m);
       ASSERT_EQ(hit.has_value(), dut_.IsOccupied(ray.back().log_odds));
       if (hit) {
         EXPECT_EQ(hit->key, ray.back().key);
@@ -288,11 +293,14 @@ TEST_F(VogMapTest, RaysAreCountedAndHitAsTheyAreCast) {
         ++hits;
       }
     }
-    EXPECT_EQ(dut_.CountUnknown(origin_W, directions_W, 2), expected);
-    unknown += expected;
+    dut_.SeeUnknown(origin_W, directions_W, kMinRange_m, kRange_m, seen);
+    EXPECT_EQ(seen, expected);
+    unknown += seen.size();
+    if (view == 20) SetOpen();
+    if (view > 20) GrowOpen();
   }
   EXPECT_GT(hits, 10);
-  EXPECT_GT(unknown, 10);
+  EXPECT_GT(unknown, 100u);
 }
 
 TEST_F(VogMapTest, BoxesReadTheSameAsTheirVoxels) {

@@ -54,7 +54,7 @@ class MethodBench {
     figures.planning_step_ms = WarmStep_s() / kMillisecond;
     figures.planning_step_after_closure_ms = StepAfterMoving_s(all) / kMillisecond;
     figures.planning_step_after_10_moved_ms = StepAfterMoving_s(std::min(10, all)) / kMillisecond;
-    figures.planning_step_rays = step_rays_.size();
+    figures.planning_step_rays = step_rays_;
     MeasureCollisions(figures);
     return figures;
   }
@@ -74,9 +74,16 @@ class MethodBench {
   }
 
   void ChooseStepRays() {
-    const auto& all = workload_.step_rays;
-    const std::size_t count = Affordable(all.size(), kReadsOfRay);
-    for (std::size_t i = 0; i < count; ++i) step_rays_.push_back(all[all.size() * i / count]);
+    constexpr std::size_t kAll = kStepViews * kViewRays;
+    const std::size_t count = Affordable(kAll, kReadsOfRay);
+    step_views_.resize(workload_.step_views.size());
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::size_t ray = kAll * i / count, view = ray / kViewRays;
+      step_views_[view].origin_W = workload_.step_views[view].origin_W;
+      step_views_[view].directions_W.push_back(
+          workload_.step_views[view].directions_W[ray % kViewRays]);
+    }
+    step_rays_ = count;
   }
 
   double Query_s() const {
@@ -91,15 +98,17 @@ class MethodBench {
   double Ray_s() const {
     const std::span<const BenchRay> rays(workload_.rays.data(),
                                          Affordable(workload_.rays.size(), kReadsOfRay));
-    CountUnknown(*map_, rays);
-    return MedianSeconds(kRepeats, [&] { CountUnknown(*map_, rays); }) /
-           static_cast<double>(rays.size());
+    const auto cast = [&] {
+      for (const BenchRay& ray : rays) map_->FirstHit(ray.origin_W, ray.direction_W, kRayLength_m);
+    };
+    cast();
+    return MedianSeconds(kRepeats, cast) / static_cast<double>(rays.size());
   }
 
   /// A planning step; where some of its rays stand for all, their time does too.
   double Step_s() const {
-    return SecondsOf([&] { CountUnknown(*map_, step_rays_); }) *
-           static_cast<double>(workload_.step_rays.size()) / static_cast<double>(step_rays_.size());
+    return SecondsOf([&] { CountUnknown(*map_, step_views_); }) * (kStepViews * kViewRays) /
+           static_cast<double>(step_rays_);
   }
 
   double WarmStep_s() const {
@@ -141,7 +150,8 @@ class MethodBench {
   const BenchWorkload& workload_;
   const BenchMethod& method_;
   std::unique_ptr<SubmapMap> map_;
-  std::vector<BenchRay> step_rays_;
+  std::vector<BenchView> step_views_;  // All rays of a step, or some that stand for all.
+  std::size_t step_rays_ = 0;
   int round_ = 0;
 };
 

@@ -37,35 +37,36 @@ PosedScan EchoesOf(PosedScan posed) {
   return posed;
 }
 
-struct OctomapScan {
-  octomap::Pointcloud points_M;
-  octomap::point3d origin_M;
+/// A scan's end points, in both forms.
+struct Cloud {
+  std::vector<Vec3> points_M;
+  Vec3 origin_M;
+  octomap::Pointcloud octomap_points_M;
 };
 
-OctomapScan ToOctomap(const Scan& scan, const Pose3& X_MB) {
+Cloud CloudOf(const Scan& scan, const Pose3& X_MB) {
   const Pose3 X_MS = X_MB * scan.X_BS;
-  OctomapScan cloud{{}, ToOctomap(X_MS.translation())};
-  for (const Beam& beam : scan.beams)
-    cloud.points_M.push_back(ToOctomap(X_MS * (beam.range_m * BeamDirection(beam.bearing_rad))));
+  Cloud cloud{{}, X_MS.translation(), {}};
+  for (const Beam& beam : scan.beams) {
+    cloud.points_M.push_back(X_MS * (beam.range_m * BeamDirection(beam.bearing_rad)));
+    cloud.octomap_points_M.push_back(ToOctomap(cloud.points_M.back()));
+  }
   return cloud;
 }
 
 /// The scans of one submap, for both.
 struct Recording {
-  std::vector<PosedScan> scans;
-  std::vector<Pose3> X_MB;
-  std::vector<OctomapScan> clouds;
+  std::vector<Cloud> clouds;
   std::size_t beams = 0;
 };
 
 Recording Record(const BenchScene& scene, SubmapId id) {
   Recording recording;
-  for (const PosedScan& posed : scene.ScansOf(id)) {
-    recording.scans.push_back(EchoesOf(posed));
-    const Scan& echoes = recording.scans.back().scan;
-    recording.X_MB.push_back(Ominus(recording.scans.front().X_WB, posed.X_WB));
-    recording.clouds.push_back(ToOctomap(echoes, recording.X_MB.back()));
-    recording.beams += echoes.beams.size();
+  const std::vector<PosedScan> scans = scene.ScansOf(id);
+  for (const PosedScan& posed : scans) {
+    const PosedScan echoes = EchoesOf(posed);
+    recording.clouds.push_back(CloudOf(echoes.scan, Ominus(scans.front().X_WB, echoes.X_WB)));
+    recording.beams += echoes.scan.beams.size();
   }
   return recording;
 }
@@ -73,16 +74,15 @@ Recording Record(const BenchScene& scene, SubmapId id) {
 BrickGrid Insert(const Recording& recording, double voxel_size_m, const SensorModel& model) {
   BrickGrid grid(voxel_size_m);
   ScanInserter inserter(model, voxel_size_m);
-  for (std::size_t i = 0; i < recording.scans.size(); ++i)
-    inserter.Insert(recording.scans[i].scan, recording.X_MB[i], grid);
+  for (const Cloud& cloud : recording.clouds) inserter.Insert(cloud.points_M, cloud.origin_M, grid);
   return grid;
 }
 
 std::unique_ptr<octomap::OcTree> InsertInOctomap(const Recording& recording, double voxel_size_m,
                                                  const SensorModel& model) {
   auto tree = std::make_unique<RoundedOcTree>(voxel_size_m, model);
-  for (const OctomapScan& scan : recording.clouds)
-    tree->insertPointCloud(scan.points_M, scan.origin_M);
+  for (const Cloud& cloud : recording.clouds)
+    tree->insertPointCloud(cloud.octomap_points_M, ToOctomap(cloud.origin_M));
   return tree;
 }
 

@@ -37,30 +37,29 @@ std::vector<BenchRay> RandomRays(const BenchScene& scene) {
 }
 
 /// The fan's beams, at one tilt.
-std::vector<BenchRay> ViewRays(const SonarOptions& sonar, const Pose3& X_WB, double tilt_rad) {
+BenchView ViewOf(const SonarOptions& sonar, const Pose3& X_WB, double tilt_rad) {
   const double fan_rad = ToRadians(sonar.fov_deg);
   const Pose3 X_WS = X_WB * SonarPose(sonar, tilt_rad);
-  std::vector<BenchRay> rays;
+  BenchView view{X_WS.translation(), {}};
   for (int b = 0; b < kViewRays; ++b)
-    rays.push_back({X_WS.translation(),
-                    X_WS.linear() * BeamDirection(fan_rad * (1.0 * b / (kViewRays - 1) - 0.5))});
-  return rays;
+    view.directions_W.push_back(X_WS.linear() *
+                                BeamDirection(fan_rad * (1.0 * b / (kViewRays - 1) - 0.5)));
+  return view;
 }
 
 /// The views of a tree: each at most an edge away from one before, which is drawn anew.
-std::vector<BenchRay> StepRays(const BenchScene& scene) {
+std::vector<BenchView> StepViews(const BenchScene& scene) {
   constexpr double kEdge_m = 1;  // Table III.
   Random random(scene.seed(), "bench views");
   std::vector<Waypoint> nodes = {scene.FreePose(random)};
-  std::vector<BenchRay> rays;
+  std::vector<BenchView> views;
   for (int view = 0; view < kStepViews; ++view) {
     const auto parent = static_cast<std::size_t>(random.Index(static_cast<int>(nodes.size())));
     nodes.push_back(scene.FreePoseNear(nodes[parent], kEdge_m, random));
     const double tilt_rad = ToRadians(scene.sonar().tilt_amplitude_deg) * random.Uniform(-1, 1);
-    const auto more = ViewRays(scene.sonar(), nodes.back().X_WB(), tilt_rad);
-    rays.insert(rays.end(), more.begin(), more.end());
+    views.push_back(ViewOf(scene.sonar(), nodes.back().X_WB(), tilt_rad));
   }
-  return rays;
+  return views;
 }
 
 std::vector<Waypoint> RandomPoses(const BenchScene& scene) {
@@ -74,7 +73,7 @@ std::vector<Waypoint> RandomPoses(const BenchScene& scene) {
 }  // namespace
 
 BenchWorkload MakeWorkload(const BenchScene& scene, std::span<const BenchSubmap> submaps) {
-  return {KnownVoxels(scene, submaps), RandomRays(scene), StepRays(scene), RandomPoses(scene)};
+  return {KnownVoxels(scene, submaps), RandomRays(scene), StepViews(scene), RandomPoses(scene)};
 }
 
 std::vector<Vec3> KnownPlaces_M(const BrickGrid& grid, int count, Random& random) {
@@ -108,12 +107,14 @@ double OverlapAt(std::span<const BenchSubmap> submaps, const VoxelGrid& grid,
   return static_cast<double>(knowing) / static_cast<double>(voxels.size());
 }
 
-std::size_t CountUnknown(const OccupancyMap& map, std::span<const BenchRay> rays) {
-  std::size_t unknown = 0;
-  for (const BenchRay& ray : rays)
-    unknown += static_cast<std::size_t>(
-        map.CountUnknown(ray.origin_W, {&ray.direction_W, 1}, kRayLength_m));
-  return unknown;
+std::size_t CountUnknown(const OccupancyMap& map, std::span<const BenchView> views) {
+  std::size_t count = 0;
+  std::vector<VoxelKey> unknown;
+  for (const BenchView& view : views) {
+    map.SeeUnknown(view.origin_W, view.directions_W, 0, kRayLength_m, unknown);
+    count += unknown.size();
+  }
+  return count;
 }
 
 }  // namespace vog

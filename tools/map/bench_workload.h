@@ -16,6 +16,12 @@ struct BenchRay {
   Vec3 origin_W = Vec3::Zero(), direction_W = Vec3::UnitX();
 };
 
+/// Rays from one place.
+struct BenchView {
+  Vec3 origin_W = Vec3::Zero();
+  std::vector<Vec3> directions_W;
+};
+
 /// A planning step: this many views of so many rays.
 inline constexpr int kStepViews = 15, kViewRays = 96;
 inline constexpr double kRayLength_m = 5;
@@ -24,7 +30,7 @@ inline constexpr double kRayLength_m = 5;
 struct BenchWorkload {
   std::vector<VoxelKey> known_voxels;  ///< Seen by a submap at least; in random order.
   std::vector<BenchRay> rays;          ///< From free places, in all directions.
-  std::vector<BenchRay> step_rays;     ///< Of the views of a planning step, view by view.
+  std::vector<BenchView> step_views;   ///< Of a planning step.
   std::vector<Waypoint> poses;         ///< Free or not.
 };
 
@@ -43,8 +49,7 @@ PosesWM CorrectedPoses(const BenchScene& scene, std::span<const BenchSubmap> sub
 double OverlapAt(std::span<const BenchSubmap> submaps, const VoxelGrid& grid,
                  std::span<const VoxelKey> voxels);
 
-/// Casts the rays up to the first occupied voxel; returns how many unknown voxels are on them, as
-/// the planner's views count them.
-std::size_t CountUnknown(const OccupancyMap& map, std::span<const BenchRay> rays);
+/// How many unknown voxels the views see, as the planner asks for them.
+std::size_t CountUnknown(const OccupancyMap& map, std::span<const BenchView> views);
 
 }  // namespace vog

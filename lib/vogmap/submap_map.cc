@@ -55,6 +55,7 @@ void SubmapMap::Remove(SubmapId id) {
   const PlacedSubmap before = std::move(found->second);
   placed_.erase(found);
   NoteChange(id, &before, nullptr);
+  NoteSigmas();
 }
 
 void SubmapMap::SetOpen(const BrickGrid* open, const Pose3& X_WM) {
@@ -92,6 +93,7 @@ void SubmapMap::NoteChange(SubmapId id, const PlacedSubmap* before, const Placed
   for (const PlacedSubmap* placed : {before, after}) {
     if (placed != nullptr) NoteChanged(BoxOf(placed->bounds_M, placed->X_WM));
   }
+  ++sigma_revision_;
   OnChange(id, before, after);
 }
 
@@ -118,12 +120,18 @@ void SubmapMap::SetSigmas(const std::vector<std::pair<SubmapId, double>>& sigmas
     const auto found = placed_.find(id);
     if (found != placed_.end()) found->second.sigma_m = sigma_m;
   }
+  NoteSigmas();
 }
 
-double SubmapMap::max_sigma_m() const {
-  double max_m = 0;
-  for (const auto& [id, placed] : placed_) max_m = std::max(max_m, placed.sigma_m);
-  return std::hypot(max_m, sigma_since_m_);
+void SubmapMap::NoteSigmas() {
+  ++sigma_revision_;
+  max_sigma_m_ = 0;
+  for (const auto& [id, placed] : placed_) max_sigma_m_ = std::max(max_sigma_m_, placed.sigma_m);
+}
+
+double SubmapMap::SigmaAt(const Vec3& p_W, double least_sigma_m) const {
+  if (open_ != nullptr && IsOccupiedIn(*open_, X_open_W_, p_W)) return sigma_since_m_;
+  return std::isinf(least_sigma_m) ? 0 : std::hypot(least_sigma_m, sigma_since_m_);
 }
 
 bool SubmapMap::IsOccupiedIn(const BrickGrid& grid, const Pose3& X_MW, const Vec3& p_W) const {
@@ -134,8 +142,10 @@ bool SubmapMap::IsOccupiedIn(const BrickGrid& grid, const Pose3& X_MW, const Vec
 void SubmapMap::SigmaOf(std::span<const VoxelKey> voxels, std::span<float> sigma_m) const {
   std::vector<const PlacedSubmap*> all;
   for (const auto& [id, placed] : placed_) all.push_back(&placed);
-  for (std::size_t i = 0; i < voxels.size(); ++i)
-    sigma_m[i] = static_cast<float>(SigmaAt(all, grid().CenterOf(voxels[i])));
+  for (std::size_t i = 0; i < voxels.size(); ++i) {
+    const Vec3 center_W = grid().CenterOf(voxels[i]);
+    sigma_m[i] = static_cast<float>(SigmaAt(center_W, LeastSigmaAt(all, center_W)));
+  }
 }
 
 std::vector<SubmapId> SubmapMap::ids() const {

@@ -51,7 +51,7 @@ class SubmapMap : public OccupancyMap {
   /// The same for the motion since the newest closed submap, which comes on top of all of them.
   void SetSigmaSince(double sigma_m) { sigma_since_m_ = sigma_m; }
   void SigmaOf(std::span<const VoxelKey> voxels, std::span<float> sigma_m) const override;
-  double max_sigma_m() const override;
+  double max_sigma_m() const override { return std::hypot(max_sigma_m_, sigma_since_m_); }
 
   int size() const { return static_cast<int>(placed_.size()); }
   bool Has(SubmapId id) const { return placed_.count(id) > 0; }
@@ -81,9 +81,13 @@ class SubmapMap : public OccupancyMap {
   /// Eq. 5 at the point itself, from all submaps.
   float DirectLogOddsAt(const Vec3& p_W) const;
 
-  /// SigmaOf() at `p_W`, looking at `candidates` alone.
+  /// The least sigma of the submaps among `candidates` that make `p_W` occupied; infinite without.
   template <class Candidates>
-  double SigmaAt(const Candidates& candidates, const Vec3& p_W) const;
+  double LeastSigmaAt(const Candidates& candidates, const Vec3& p_W) const;
+  /// SigmaOf() at `p_W`, where the closed submaps say `least_sigma_m`.
+  double SigmaAt(const Vec3& p_W, double least_sigma_m) const;
+  /// Grows whenever LeastSigmaAt() may answer anew.
+  std::int64_t sigma_revision() const { return sigma_revision_; }
 
  private:
   struct ChangedBox {
@@ -94,13 +98,15 @@ class SubmapMap : public OccupancyMap {
   void NoteChanged(const Eigen::AlignedBox3d& box_W);
   void NoteChange(SubmapId id, const PlacedSubmap* before, const PlacedSubmap* after);
   void NoteOpenChanged();
+  void NoteSigmas();
   bool IsOccupiedIn(const BrickGrid& grid, const Pose3& X_MW, const Vec3& p_W) const;
 
   SensorModel model_;
   std::map<SubmapId, PlacedSubmap> placed_;
   const BrickGrid* open_ = nullptr;
   Pose3 X_open_W_ = Pose3::Identity();
-  double sigma_since_m_ = 0;
+  double sigma_since_m_ = 0, max_sigma_m_ = 0;
+  std::int64_t sigma_revision_ = 0;
   std::int64_t revision_ = 0;
   std::deque<ChangedBox> changed_;  // The newest, oldest first.
   std::int64_t told_from_ = 0;      // changed_ holds all changes after this revision.
@@ -108,14 +114,13 @@ class SubmapMap : public OccupancyMap {
 };
 
 template <class Candidates>
-double SubmapMap::SigmaAt(const Candidates& candidates, const Vec3& p_W) const {
-  if (open_ != nullptr && IsOccupiedIn(*open_, X_open_W_, p_W)) return sigma_since_m_;
+double SubmapMap::LeastSigmaAt(const Candidates& candidates, const Vec3& p_W) const {
   double least_m = std::numeric_limits<double>::infinity();
   for (const PlacedSubmap* placed : candidates) {
     if (placed->sigma_m >= least_m) continue;
     if (IsOccupiedIn(placed->submap->grid, placed->X_MW, p_W)) least_m = placed->sigma_m;
   }
-  return std::isinf(least_m) ? 0 : std::hypot(least_m, sigma_since_m_);
+  return least_m;
 }
 
 }  // namespace vog

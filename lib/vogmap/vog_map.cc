@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <deque>
+#include <limits>
 
 #include "lib/geometry/view_walk.h"
 #include "lib/vogmap/block_table.h"
@@ -100,6 +102,13 @@ std::uint64_t SliceMask(int x0, int x1, int y0, int y1) {
 /// The remembered answers and what they came from.
 class VogMap::Cache {
  public:
+  /// How uncertain the content of a block is.
+  struct Sigmas {
+    std::int64_t revision = -1;
+    std::vector<const PlacedSubmap*> near;     // The surest first: it is most often the answer.
+    std::array<double, kBlockVoxels> least_m;  // Not a number until it is asked for.
+  };
+
   /// What answers come from.
   struct Sums {
     std::int64_t change = -1;  // They are those after this many changes of closed submaps.
@@ -107,6 +116,7 @@ class VogMap::Cache {
     std::array<VoxelSum, kBlockVoxels> sum;
     std::vector<CandidateLanes> candidates;  // Once has_candidates.
     bool has_candidates = false;
+    std::unique_ptr<Sigmas> sigmas;  // Once somebody asks.
   };
 
   /// The answers: small, because the blocks of a view should stay near the processor.
@@ -176,13 +186,15 @@ class VogMap::Cache {
     return mask & block.is_not_free.Slice(z);
   }
 
-  /// The closed submaps that may know a voxel of a block.
-  std::vector<const PlacedSubmap*> SubmapsNear(Block& block) {
-    std::vector<const PlacedSubmap*> submaps;
-    for (const CandidateLanes& group : CandidatesFor(block))
-      for (const PlacedSubmap* placed : group.placed)
-        if (placed != nullptr) submaps.push_back(placed);
-    return submaps;
+  /// The least sigma of the closed submaps at a voxel, remembered as long as they have `revision`.
+  /// `least_of` finds it among those that may know the voxel.
+  template <class LeastOf>
+  double LeastSigmaOf(const VoxelKey& voxel, std::int64_t revision, LeastOf least_of) {
+    Block& block = BlockOf(BlockKeyOf(voxel));
+    Sigmas& sigmas = SigmasOf(block, revision);
+    double& least_m = sigmas.least_m[static_cast<std::size_t>(IndexInBlock(voxel))];
+    if (std::isnan(least_m)) least_m = least_of(sigmas.near);
+    return least_m;
   }
 
   void Clear() {
@@ -309,6 +321,21 @@ class VogMap::Cache {
     block.sums->has_candidates = true;
     held_groups_ += block.sums->candidates.size();
     return block.sums->candidates;
+  }
+
+  Sigmas& SigmasOf(Block& block, std::int64_t revision) {
+    if (block.sums->sigmas == nullptr) block.sums->sigmas = std::make_unique<Sigmas>();
+    Sigmas& sigmas = *block.sums->sigmas;
+    if (sigmas.revision == revision) return sigmas;
+    sigmas.revision = revision;
+    sigmas.near.clear();
+    for (const CandidateLanes& group : CandidatesFor(block))
+      for (const PlacedSubmap* placed : group.placed)
+        if (placed != nullptr) sigmas.near.push_back(placed);
+    std::stable_sort(sigmas.near.begin(), sigmas.near.end(),
+                     [](const auto* a, const auto* b) { return a->sigma_m < b->sigma_m; });
+    sigmas.least_m.fill(std::numeric_limits<double>::quiet_NaN());
+    return sigmas;
   }
 
   void ForgetCandidates(Block& block) {
@@ -514,17 +541,12 @@ bool VogMap::Follow(const ViewWalk::Round& round, std::size_t lane, double min_r
 }
 
 void VogMap::SigmaOf(std::span<const VoxelKey> voxels, std::span<float> sigma_m) const {
-  std::optional<VoxelKey> block;
-  std::vector<const PlacedSubmap*> near;  // The surest first: it is most often the answer.
   for (std::size_t i = 0; i < voxels.size(); ++i) {
-    const VoxelKey key = BlockKeyOf(voxels[i]);
-    if (block != key) {
-      block = key;
-      near = cache_->SubmapsNear(cache_->BlockOf(key));
-      std::stable_sort(near.begin(), near.end(),
-                       [](const auto* a, const auto* b) { return a->sigma_m < b->sigma_m; });
-    }
-    sigma_m[i] = static_cast<float>(SigmaAt(near, grid().CenterOf(voxels[i])));
+    const Vec3 center_W = grid().CenterOf(voxels[i]);
+    const double least_m = cache_->LeastSigmaOf(voxels[i], sigma_revision(), [&](const auto& near) {
+      return LeastSigmaAt(near, center_W);
+    });
+    sigma_m[i] = static_cast<float>(SigmaAt(center_W, least_m));
   }
 }
 

@@ -395,8 +395,11 @@ TEST_F(VogMapTest, SigmaIsThatOfTheBestPlacedSubmapThatSeesTheVoxelOccupied) {
   dut_.SetSigmaSince(0.1);
   Place(3);  // A submap that is replaced keeps its sigma.
   int uncertain = 0;
-  for (int i = 0; i < 2000; ++i) {
-    const VoxelKey voxel = RandomVoxel(random_);
+  for (int i = 0; i < 4000; ++i) {
+    if (i == 1000) Place(5);
+    if (i == 2000) GrowOpen();
+    if (i == 3000) dut_.SetSigmas({{2, literal_.submaps[2].sigma_m = 0.01}});
+    const VoxelKey voxel{random_.Index(24) - 12, random_.Index(24) - 12, random_.Index(24) - 12};
     float sigma_m;
     dut_.SigmaOf({&voxel, 1}, {&sigma_m, 1});
     EXPECT_FLOAT_EQ(sigma_m, literal_.SigmaAt(dut_.grid().CenterOf(voxel)));

@@ -35,6 +35,17 @@ class BoxNotes final : public OccupancyMap {
   mutable std::vector<VoxelBox> boxes_;
 };
 
+/// As if the vehicle knew where it is relative to each submap by so much; the newest best.
+std::vector<std::pair<SubmapId, double>> SomeSigmas(std::span<const BenchSubmap> submaps) {
+  constexpr double kLeast_m = 0.02, kMost_m = 0.1;
+  std::vector<std::pair<SubmapId, double>> sigmas_m;
+  for (std::size_t i = 0; i < submaps.size(); ++i) {
+    const double age = 1 - static_cast<double>(i) / static_cast<double>(submaps.size());
+    sigmas_m.emplace_back(submaps[i].submap->id(), kLeast_m + age * (kMost_m - kLeast_m));
+  }
+  return sigmas_m;
+}
+
 /// One method on one map.
 class MethodBench {
  public:
@@ -43,6 +54,7 @@ class MethodBench {
       : scene_(scene), submaps_(submaps), workload_(workload), method_(method) {
     map_ = MakeSubmapMap(method.method, scene.voxel_size_m(), SensorModel(SensorModelOptions{}));
     for (const auto& [submap, X_WM] : submaps) map_->Place(submap, X_WM);
+    map_->SetSigmas(SomeSigmas(submaps));
     ChooseStepRays();
   }
 

@@ -2,7 +2,10 @@
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
+#include <map>
 #include <vector>
+
+#include "lib/geometry/voxel_grid.h"
 
 namespace vog {
 namespace {
@@ -29,9 +32,57 @@ std::size_t UsedPoints(const IcpOptions& options, const RegistrationCloud& sourc
   return std::min(source.size(), static_cast<std::size_t>(options.max_points));
 }
 
+/// A point of the source and the plane of the target that it lies on.
+struct Correspondence {
+  Vec3 p_i, p_k;
+  Vec3 normal_k;  ///< The target's normal, in k.
+  double residual_m;
+  double weight;
+  double tilt_variance;  ///< Of the normal in any direction across it [rad^2].
+};
+
+/// Calls `visit` for each correspondence not farther apart than `max_distance_m`.
+template <class Visit>
+void ForEachCorrespondence(const IcpOptions& options, const RegistrationCloud& target,
+                           const RegistrationCloud& source, const Pose3& X_ik,
+                           double max_distance_m, Visit visit) {
+  const Mat3 R_ki = X_ik.linear().transpose();
+  const double point_variance_m2 = options.point_sigma_m * options.point_sigma_m;
+  // Beyond this a residual counts linearly (Huber).
+  const double linear_from_m = 0.5 * max_distance_m;
+  const std::size_t used = UsedPoints(options, source);
+  for (std::size_t u = 0; u < used; ++u) {
+    const std::size_t s = u * source.size() / used;
+    const Vec3 p_i = X_ik * source.points()[s];
+    const auto nearest = target.NearestTo(p_i);
+    const LocalPlane& plane = target.planes()[nearest.index];
+    if (nearest.distance_m > max_distance_m || plane.normal.isZero()) continue;
+    const Vec3 normal_k = R_ki * plane.normal;
+    const Vec3& own_normal_k = source.planes()[s].normal;
+    if (!own_normal_k.isZero() && normal_k.dot(own_normal_k) < options.min_normal_cosine) continue;
+    const double residual_m = plane.normal.dot(p_i - target.points()[nearest.index]);
+    visit(Correspondence{
+        .p_i = p_i,
+        .p_k = source.points()[s],
+        .normal_k = normal_k,
+        .residual_m = residual_m,
+        .weight = std::min(1.0, linear_from_m / std::max(std::abs(residual_m), 1e-9)),
+        .tilt_variance = std::max(plane.variance_m2, point_variance_m2) / plane.scatter_m2});
+  }
+}
+
+/// How the distance of `p_k` along `direction_k` changes with xi in X_ik * Exp(xi), rotations
+/// scaled to metres.
+Vec6 RowOf(const Vec3& p_k, const Vec3& direction_k, double radius_m) {
+  Vec6 row;
+  row << direction_k, p_k.cross(direction_k) / radius_m;
+  return row;
+}
+
 /// The normal equations of one linearisation, in coordinates whose rotations are scaled to metres.
 struct Linearisation {
   Mat6 H = Mat6::Zero();
+  Mat6 noise = Mat6::Zero();  ///< What noise of the normals adds to H, on the average.
   Vec6 b = Vec6::Zero();
   double squares = 0;
   double weights = 0;
@@ -42,50 +93,112 @@ Linearisation Linearise(const IcpOptions& options, const RegistrationCloud& targ
                         const RegistrationCloud& source, const Pose3& X_ik, double max_distance_m,
                         double radius_m) {
   Linearisation sum;
-  const Mat3 R_ik = X_ik.linear();
-  // Beyond this a residual counts linearly (Huber).
-  const double linear_from_m = 0.5 * max_distance_m;
-  const std::size_t used = UsedPoints(options, source);
-  for (std::size_t u = 0; u < used; ++u) {
-    const std::size_t s = u * source.size() / used;
-    const Vec3 p_i = X_ik * source.points()[s];
-    const auto nearest = target.NearestTo(p_i);
-    const Vec3& normal_i = target.normals()[nearest.index];
-    if (nearest.distance_m > max_distance_m || normal_i.isZero()) continue;
-    const Vec3& normal_k = source.normals()[s];
-    if (!normal_k.isZero() && normal_i.dot(R_ik * normal_k) < options.min_normal_cosine) continue;
-    const double residual_m = normal_i.dot(p_i - target.points()[nearest.index]);
-    const double weight = std::min(1.0, linear_from_m / std::max(std::abs(residual_m), 1e-9));
-    // d residual / d xi for X_ik * Exp(xi).
-    const Vec3 normal_in_k = R_ik.transpose() * normal_i;
-    Vec6 J;
-    J << normal_in_k, source.points()[s].cross(normal_in_k) / radius_m;
-    sum.H += weight * J * J.transpose();
-    sum.b -= weight * residual_m * J;
-    sum.squares += weight * residual_m * residual_m;
-    sum.weights += weight;
-    ++sum.correspondences;
-  }
+  ForEachCorrespondence(
+      options, target, source, X_ik, max_distance_m, [&](const Correspondence& c) {
+        const Vec6 J = RowOf(c.p_k, c.normal_k, radius_m);
+        sum.H += c.weight * J * J.transpose();
+        sum.b -= c.weight * c.residual_m * J;
+        const Vec3 across_k = c.normal_k.unitOrthogonal();
+        for (const Vec3& tilted_k : {across_k, Vec3(c.normal_k.cross(across_k))}) {
+          const Vec6 feigned = RowOf(c.p_k, tilted_k, radius_m);
+          sum.noise += c.weight * c.tilt_variance * feigned * feigned.transpose();
+        }
+        sum.squares += c.weight * c.residual_m * c.residual_m;
+        sum.weights += c.weight;
+        ++sum.correspondences;
+      });
   return sum;
 }
 
-/// The free directions split by how well the points hold them.
+/// Points that share an error.
+struct Patch {
+  Vec6 row = Vec6::Zero();
+  double residual_m = 0, weight = 0;
+};
+using Patches = std::map<VoxelKey, Patch>;
+
+void AddTo(Patch& patch, const Correspondence& c, const Vec6& row) {
+  patch.row += c.weight * row;
+  patch.residual_m += c.weight * c.residual_m;
+  patch.weight += c.weight;
+}
+
+/// Covariance of b if each patch is off by one error, as large as the mean residuals of the patches
+/// tell, to which `fitted` coordinates were fitted.
+Mat6 ErrorsOf(const Patches& patches, double least_m, Eigen::Index fitted) {
+  Mat6 rows = Mat6::Zero();
+  double squares_m2 = 0, weight = 0;
+  for (const auto& [key, patch] : patches) {
+    rows += patch.row * patch.row.transpose();
+    squares_m2 += patch.residual_m * patch.residual_m / patch.weight;
+    weight += patch.weight;
+  }
+  const auto count = static_cast<double>(patches.size());
+  const double freedom = std::max(1.0, count - static_cast<double>(fitted));
+  return std::max(least_m * least_m, squares_m2 / weight * count / freedom) * rows;
+}
+
+/// Covariance of b. Voxels of one patch of surface do not err independently; and since grids stand
+/// upright, steep surfaces repeat the errors of their rounding all the way up.
+Mat6 SharedErrors(const IcpOptions& options, const RegistrationCloud& target,
+                  const RegistrationCloud& source, const Pose3& X_ik, double radius_m,
+                  Eigen::Index fitted) {
+  const VoxelGrid grid(options.correlation_m);
+  Patches cells, columns;
+  ForEachCorrespondence(options, target, source, X_ik, options.end_distance_m,
+                        [&](const Correspondence& c) {
+                          const Vec6 row = RowOf(c.p_k, c.normal_k, radius_m);
+                          const VoxelKey cell = grid.KeyOf(c.p_i);
+                          AddTo(cells[cell], c, row);
+                          AddTo(columns[{cell.x, cell.y, 0}], c, row);
+                        });
+  return ErrorsOf(cells, options.least_shared_error_m, fitted) + ErrorsOf(columns, 0, fitted);
+}
+
+/// What the points hold of the free coordinates.
 struct Directions {
-  Eigen::MatrixXd vectors;      // Well-conditioned ones as columns, in free coordinates.
-  Eigen::VectorXd eigenvalues;  // Theirs.
-  int degenerate = 0;
+  Eigen::MatrixXd measured;         ///< Its columns' products with a step are measured.
+  Eigen::MatrixXd gain;             ///< From b to the shortest step with the best such products.
+  Eigen::VectorXd signal_to_noise;  ///< Of all directions, ascending.
+  int degenerate = 0;               ///< So many of them are not measured.
 };
 
-Directions WellConditioned(const Eigen::MatrixXd& H_free, double smallest) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(H_free);
+/// Directions u that H and the noise treat apart from each other: u^T H v = 0 and u^T noise v = 0.
+Directions WellConditioned(const IcpOptions& options, const Linearisation& at,
+                           const Eigen::Matrix<double, 6, Eigen::Dynamic>& free) {
+  // Where normals are hardly tilted, not to divide by nothing.
+  constexpr double kLeastNoise = 1e-6;
+  const Eigen::MatrixXd H = free.transpose() * at.H * free;
+  const Eigen::MatrixXd noise =
+      free.transpose() * at.noise * free +
+      kLeastNoise * at.weights * Eigen::MatrixXd::Identity(H.rows(), H.cols());
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> by_noise(H, noise);
+  Eigen::MatrixXd u = by_noise.eigenvectors(), duals = noise * u;
+  Eigen::VectorXd stiffness = by_noise.eigenvalues();
+  double least = options.min_signal_to_noise;
+  if (options.degeneracy == Degeneracy::kShare) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> by_share(H);
+    u = duals = by_share.eigenvectors();
+    stiffness = by_share.eigenvalues();
+    least = options.degenerate_share * at.weights;
+  }
   Directions directions;
-  while (directions.degenerate < H_free.rows() &&
-         solver.eigenvalues()[directions.degenerate] < smallest)
+  while (directions.degenerate < H.rows() && stiffness[directions.degenerate] < least)
     ++directions.degenerate;
-  const Eigen::Index kept = H_free.rows() - directions.degenerate;
-  directions.vectors = solver.eigenvectors().rightCols(kept);
-  directions.eigenvalues = solver.eigenvalues().tail(kept);
+  const Eigen::Index kept = H.rows() - directions.degenerate;
+  directions.measured = duals.rightCols(kept);
+  const Eigen::MatrixXd products =
+      stiffness.tail(kept).cwiseInverse().asDiagonal() * u.rightCols(kept).transpose();
+  directions.gain = directions.measured *
+                    (directions.measured.transpose() * directions.measured).ldlt().solve(products);
+  directions.signal_to_noise = by_noise.eigenvalues();
   return directions;
+}
+
+/// Orthonormal columns that span those of `columns`.
+Eigen::MatrixXd SpanOf(const Eigen::MatrixXd& columns) {
+  return Eigen::HouseholderQR<Eigen::MatrixXd>(columns).householderQ() *
+         Eigen::MatrixXd::Identity(columns.rows(), columns.cols());
 }
 
 }  // namespace
@@ -108,12 +221,9 @@ IcpResult Register(const IcpOptions& options, const RegistrationCloud& target,
   for (result.iterations = 1; result.iterations <= options.iterations; ++result.iterations) {
     at = Linearise(options, target, source, result.X_ik, distance_m, radius_m);
     if (at.correspondences < kMinCorrespondences) return result;
-    directions =
-        WellConditioned(free.transpose() * at.H * free, options.degenerate_share * at.weights);
-    if (directions.vectors.cols() == 0) return result;
-    const Eigen::VectorXd step = directions.vectors *
-                                 directions.eigenvalues.cwiseInverse().asDiagonal() *
-                                 directions.vectors.transpose() * (free.transpose() * at.b);
+    directions = WellConditioned(options, at, free);
+    if (directions.measured.cols() == 0) return result;
+    const Eigen::VectorXd step = directions.gain * (free.transpose() * at.b);
     result.X_ik = result.X_ik * Exp(unscale.asDiagonal() * (free * step));
     const bool is_fine = distance_m <= options.end_distance_m;
     if (is_fine && step.norm() < kConverged) break;
@@ -125,20 +235,19 @@ IcpResult Register(const IcpOptions& options, const RegistrationCloud& target,
   result.overlap = at.correspondences / static_cast<double>(UsedPoints(options, source));
   result.rmse_m = std::sqrt(at.squares / at.weights);
   result.degenerate_directions = directions.degenerate;
-  const double sigma_m = std::max(options.point_sigma_m, result.rmse_m);
-  const double effective = std::min(1.0, options.effective_points / at.weights);
-  // Directions in which nothing is known get the variance of something unknowable.
+  result.signal_to_noise.assign(directions.signal_to_noise.begin(),
+                                directions.signal_to_noise.end());
+  const Eigen::MatrixXd measured = free * directions.measured;
+  const Eigen::MatrixXd gain = free * directions.gain * free.transpose();
+  const Mat6 known = gain *
+                     SharedErrors(options, target, source, result.X_ik, radius_m, measured.cols()) *
+                     gain.transpose();
+  // What is not measured has the variance of something unknowable.
   constexpr double kUnknowable = 1e6;
-  const Eigen::MatrixXd V = free * directions.vectors;
-  const Mat6 known =
-      V * (sigma_m * sigma_m / effective * directions.eigenvalues.cwiseInverse()).asDiagonal() *
-      V.transpose();
-  const Mat6 unknown = kUnknowable * (Mat6::Identity() - V * V.transpose());
+  const Eigen::MatrixXd span = SpanOf(measured);
+  const Mat6 unknown = kUnknowable * (Mat6::Identity() - span * span.transpose());
   result.covariance = unscale.asDiagonal() * (known + unknown) * unscale.asDiagonal();
-  // In unscaled coordinates the directions are no longer orthogonal; a QR makes them so again.
-  const Eigen::MatrixXd rescaled = unscale.cwiseInverse().asDiagonal() * V;
-  result.basis = Eigen::HouseholderQR<Eigen::MatrixXd>(rescaled).householderQ() *
-                 Eigen::MatrixXd::Identity(6, V.cols());
+  result.basis = SpanOf(unscale.cwiseInverse().asDiagonal() * measured);
   return result;
 }
 

@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <map>
 #include <numbers>
 
+#include "lib/geometry/voxel_grid.h"
 #include "lib/registration/clouds_testing.h"
 
 namespace vog {
@@ -199,14 +201,21 @@ INSTANTIATE_TEST_SUITE_P(
                    {Vec6::Unit(1), Vec6::Unit(2), Vec6::Unit(3)}}),
     [](const auto& info) { return info.param.name; });
 
-// The information is the sum over all correspondences, found one by one.
-TEST(IcpTest, CovarianceIsTheInverseOfTheBruteForceSum) {
+// Sums over all correspondences, found one by one, with numeric derivatives.
+TEST(IcpTest, CovarianceIsThatOfTheBruteForceSums) {
   const Pose3 X_ik = Exp(Twist(0.3, -0.2, 0, 0, 0, 0.4));
-  const Pair pair(CornerWithBox(), X_ik);
+  const Pair pair(CornerWithBox(), X_ik, 0.02);
   const IcpOptions options = Options();
   const IcpResult result = Register(options, pair.target, pair.source, X_ik);
+  ASSERT_EQ(result.degenerate_directions, 0);
   const std::vector<Vec3>& source = pair.source.points();
   const int used = std::min<int>(options.max_points, static_cast<int>(source.size()));
+  struct Patch {
+    Vec3 row = Vec3::Zero();
+    double residual = 0;
+    int count = 0;
+  };
+  std::map<VoxelKey, Patch> cells, columns;
   Mat3 H = Mat3::Zero();
   double squares = 0;
   int count = 0;
@@ -217,13 +226,13 @@ TEST(IcpTest, CovarianceIsTheInverseOfTheBruteForceSum) {
     for (std::size_t t = 0; t < pair.target.size(); ++t)
       if ((pair.target.points()[t] - p_i).norm() < (pair.target.points()[best] - p_i).norm())
         best = t;
-    const Vec3 normal = pair.target.normals()[best];
+    const Vec3 normal = pair.target.planes()[best].normal;
     if ((pair.target.points()[best] - p_i).norm() > options.end_distance_m || normal.isZero() ||
-        normal.dot(result.X_ik.linear() * pair.source.normals()[s]) < options.min_normal_cosine)
+        normal.dot(result.X_ik.linear() * pair.source.planes()[s].normal) <
+            options.min_normal_cosine)
       continue;
     const double residual = normal.dot(p_i - pair.target.points()[best]);
-    // Numeric derivative of the residual by x, y and yaw on the right.
-    Vec3 J;
+    Vec3 J;  // By x, y and yaw on the right.
     for (int i = 0; i < 3; ++i) {
       const Vec6 step = 1e-6 * Vec6::Unit(i < 2 ? i : 5);
       J[i] = (normal.dot(result.X_ik * Exp(step) * source[s] - pair.target.points()[best]) -
@@ -233,12 +242,29 @@ TEST(IcpTest, CovarianceIsTheInverseOfTheBruteForceSum) {
     H += J * J.transpose();
     squares += residual * residual;
     ++count;
+    const VoxelKey cell = VoxelGrid(options.correlation_m).KeyOf(p_i);
+    for (Patch* patch : {&cells[cell], &columns[{cell.x, cell.y, 0}]}) {
+      patch->row += J;
+      patch->residual += residual;
+      ++patch->count;
+    }
   }
   EXPECT_NEAR(result.correspondences, count, 0.02 * count);
   EXPECT_NEAR(result.overlap, count / static_cast<double>(used), 0.02);
   EXPECT_NEAR(result.rmse_m, std::sqrt(squares / count), 0.005);
-  const double sigma_m = std::max(options.point_sigma_m, std::sqrt(squares / count));
-  const Mat3 expected = sigma_m * sigma_m * count / options.effective_points * H.inverse();
+  Mat3 M = Mat3::Zero();
+  for (const auto* patches : {&cells, &columns}) {
+    Mat3 rows = Mat3::Zero();
+    double shared = 0;
+    for (const auto& [key, patch] : *patches) {
+      rows += patch.row * patch.row.transpose();
+      shared += patch.residual * patch.residual / patch.count;
+    }
+    const auto n = static_cast<double>(patches->size());
+    const double least = patches == &cells ? options.least_shared_error_m : 0;
+    M += std::max(least * least, shared / count * n / (n - 3)) * rows;
+  }
+  const Mat3 expected = H.inverse() * M * H.inverse();
   Mat3 found;
   constexpr int kIndex[3] = {0, 1, 5};
   for (int row = 0; row < 3; ++row)

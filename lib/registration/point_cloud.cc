@@ -1,6 +1,7 @@
 #include "lib/registration/point_cloud.h"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 
 namespace vog {
 namespace {
@@ -11,19 +12,21 @@ constexpr double kMaxThickness = 0.5;
 // The smaller spread along it, as a share of the larger one: less is a line.
 constexpr double kMinWidth = 1e-6;
 
-Vec3 NormalOf(const std::vector<Vec3>& points, const std::vector<std::size_t>& neighbours) {
-  if (neighbours.size() < kMinPlanePoints) return Vec3::Zero();
+LocalPlane PlaneOf(const std::vector<Vec3>& points, const std::vector<std::size_t>& neighbours) {
+  if (neighbours.size() < kMinPlanePoints) return {};
+  const auto count = static_cast<double>(neighbours.size());
   Vec3 mean = Vec3::Zero();
   for (const std::size_t index : neighbours) mean += points[index];
-  mean /= static_cast<double>(neighbours.size());
+  mean /= count;
   Mat3 scatter = Mat3::Zero();
   for (const std::size_t index : neighbours)
     scatter += (points[index] - mean) * (points[index] - mean).transpose();
   const Eigen::SelfAdjointEigenSolver<Mat3> solver(scatter);
   const Vec3 spread = solver.eigenvalues();
-  if (spread[0] > kMaxThickness * spread[1] || spread[1] <= kMinWidth * spread[2])
-    return Vec3::Zero();
-  return solver.eigenvectors().col(0);
+  if (spread[0] > kMaxThickness * spread[1] || spread[1] <= kMinWidth * spread[2]) return {};
+  constexpr int kPlaneParameters = 3;
+  return {solver.eigenvectors().col(0), std::max(0.0, spread[0]) / (count - kPlaneParameters),
+          spread[1]};
 }
 
 }  // namespace
@@ -34,8 +37,9 @@ RegistrationCloud::RegistrationCloud(std::vector<Vec3> points, double normal_rad
   std::vector<std::size_t> neighbours;
   for (const Vec3& point : points_) {
     tree_->Within(point, normal_radius_m, neighbours);
-    const Vec3 normal = NormalOf(points_, neighbours);
-    normals_.push_back(normal.dot(seen_from - point) < 0 ? Vec3(-normal) : normal);
+    LocalPlane plane = PlaneOf(points_, neighbours);
+    if (plane.normal.dot(seen_from - point) < 0) plane.normal = -plane.normal;
+    planes_.push_back(plane);
   }
 }
 

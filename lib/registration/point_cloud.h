@@ -8,6 +8,13 @@
 
 namespace vog {
 
+/// The plane through a point's neighbours.
+struct LocalPlane {
+  Vec3 normal = Vec3::Zero();  ///< Zero without a plane.
+  double variance_m2 = 0;      ///< Of the neighbours across it.
+  double scatter_m2 = 0;       ///< Sum of their squared distances along its narrower direction.
+};
+
 /// Points with a surface normal each and a search tree over them. Not changed after it is made.
 class RegistrationCloud {
  public:
@@ -18,14 +25,15 @@ class RegistrationCloud {
   RegistrationCloud& operator=(const RegistrationCloud&) = delete;
 
   const std::vector<Vec3>& points() const { return points_; }
-  const std::vector<Vec3>& normals() const { return normals_; }
+  const std::vector<LocalPlane>& planes() const { return planes_; }
   std::size_t size() const { return points_.size(); }
 
   /// The point nearest to `p`. @pre the cloud is not empty.
   KdTree::Neighbour NearestTo(const Vec3& p) const { return tree_->NearestTo(p); }
 
  private:
-  std::vector<Vec3> points_, normals_;
+  std::vector<Vec3> points_;
+  std::vector<LocalPlane> planes_;
   std::unique_ptr<KdTree> tree_;
 };
 

@@ -22,7 +22,8 @@ TEST(RegistrationCloudTest, NormalsOfAPlaneAreItsOwnTowardsTheViewer) {
   const Vec3 normal = Vec3(0, 2, 0.5).cross(Vec3(0.3, 0, 2)).normalized();
   for (const double side : {1.0, -1.0}) {
     const RegistrationCloud dut(points, kRadius_m, Vec3(2, 0, 0) + 3 * side * normal);
-    for (const Vec3& found : dut.normals()) EXPECT_LT(AngleBetween(found, side * normal), 1e-6);
+    for (const LocalPlane& plane : dut.planes())
+      EXPECT_LT(AngleBetween(plane.normal, side * normal), 1e-6);
   }
 }
 
@@ -37,10 +38,10 @@ TEST(RegistrationCloudTest, NormalsOfASphereAreItsRadii) {
   const RegistrationCloud outside(points, kRadius_m, viewer);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Vec3 radius = (points[i] - center).normalized();
-    EXPECT_LT(AngleBetween(inside.normals()[i], -radius), 0.1);
-    EXPECT_GE(outside.normals()[i].dot(viewer - points[i]), 0);
+    EXPECT_LT(AngleBetween(inside.planes()[i].normal, -radius), 0.1);
+    EXPECT_GE(outside.planes()[i].normal.dot(viewer - points[i]), 0);
     // The far side is turned to the viewer, too: a cloud does not know what hides what.
-    EXPECT_GT(std::abs(outside.normals()[i].dot(radius)), std::cos(0.1));
+    EXPECT_GT(std::abs(outside.planes()[i].normal.dot(radius)), std::cos(0.1));
   }
 }
 
@@ -57,7 +58,7 @@ TEST(RegistrationCloudTest, PointsWithoutAPlaneHaveNoNormal) {
     clouds["ball"].push_back(0.1 * random.GaussianVector(Vec3::Ones()).normalized());
   for (const auto& [name, points] : clouds) {
     const RegistrationCloud dut(points, kRadius_m, Vec3(5, 5, 5));
-    for (const Vec3& normal : dut.normals()) EXPECT_TRUE(normal.isZero()) << name;
+    for (const LocalPlane& plane : dut.planes()) EXPECT_TRUE(plane.normal.isZero()) << name;
   }
 }
 
@@ -73,7 +74,7 @@ TEST(RegistrationCloudTest, KeepsItsPointsAndFindsTheNearest) {
 TEST(RegistrationCloudTest, MayBeEmpty) {
   const RegistrationCloud dut({}, kRadius_m, Vec3::Zero());
   EXPECT_EQ(dut.size(), 0u);
-  EXPECT_TRUE(dut.normals().empty());
+  EXPECT_TRUE(dut.planes().empty());
 }
 
 }  // namespace

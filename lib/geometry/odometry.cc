@@ -19,6 +19,14 @@ Mat3 PlanarAdjointOf(const Pose3& X) {
   return Ad;
 }
 
+Mat6 PlanarTo6(const Mat3& planar) {
+  constexpr int kIndex[3] = {0, 1, 5};
+  Mat6 covariance = Mat6::Zero();
+  for (int row = 0; row < 3; ++row)
+    for (int col = 0; col < 3; ++col) covariance(kIndex[row], kIndex[col]) = planar(row, col);
+  return covariance;
+}
+
 Mat3 ComposePlanarCovariance(const Mat3& covariance_AB, const Pose3& X_BC,
                              const Mat3& covariance_BC) {
   const Mat3 Ad_CB = PlanarAdjointOf(X_BC.inverse());

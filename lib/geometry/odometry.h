@@ -58,6 +58,9 @@ struct DriftOptions {
 /// The adjoint of a motion restricted to (x, y, yaw), for a body that stays nearly level.
 Mat3 PlanarAdjointOf(const Pose3& X);
 
+/// A covariance of (x, y, yaw) among all six coordinates; 0 elsewhere.
+Mat6 PlanarTo6(const Mat3& planar);
+
 /// Covariance of (x, y, yaw) of X_AC = X_AB * X_BC from those of its two parts.
 Mat3 ComposePlanarCovariance(const Mat3& covariance_AB, const Pose3& X_BC,
                              const Mat3& covariance_BC);

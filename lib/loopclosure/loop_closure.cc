@@ -19,18 +19,15 @@ std::unordered_set<VoxelKey> CellsAround(const VoxelGrid& cells, const std::vect
   return occupied;
 }
 
-Mat6 PlanarTo6(const Mat3& planar) {
-  constexpr int kIndex[3] = {0, 1, 5};
-  Mat6 covariance = Mat6::Zero();
-  for (int row = 0; row < 3; ++row)
-    for (int col = 0; col < 3; ++col) covariance(kIndex[row], kIndex[col]) = planar(row, col);
-  return covariance;
+std::vector<Vec3> Transformed(const Pose3& X, std::vector<Vec3> points) {
+  for (Vec3& p : points) p = X * p;
+  return points;
 }
 
 /// Covariance that the drift inside both submaps adds to X_ik, right perturbation.
 Mat6 ContentDrift(const SubmapShape& target, const SubmapShape& source, const Pose3& X_ik) {
   const Mat3 Ad_ki = PlanarAdjointOf(X_ik.inverse());
-  return PlanarTo6((Ad_ki * target.drift * Ad_ki.transpose() + source.drift) / 3);
+  return PlanarTo6(Ad_ki * target.content_drift * Ad_ki.transpose() + source.content_drift);
 }
 
 LoopClosure Reject(LoopClosure closure, std::string reason) {
@@ -40,11 +37,12 @@ LoopClosure Reject(LoopClosure closure, std::string reason) {
 
 }  // namespace
 
-SubmapShape::SubmapShape(SubmapPtr submap, LogOddsUnits occupied_from,
+SubmapShape::SubmapShape(SubmapPtr submap, const SubmapAnchor& anchor, LogOddsUnits occupied_from,
                          const LoopClosureOptions& options, const IcpOptions& icp)
     : id(submap->id()),
-      drift(submap->drift),
-      cloud(OccupiedPoints(submap->grid, occupied_from, options.min_neighbours),
+      content_drift(anchor.content_drift),
+      cloud(Transformed(anchor.X_MC.inverse(),
+                        OccupiedPoints(submap->grid, occupied_from, options.min_neighbours)),
             icp.normal_radius_m, Vec3::Zero()),
       cells(options.cell_m),
       occupied_cells(CellsAround(cells, cloud.points())) {}
@@ -80,13 +78,12 @@ double ChiSquare99(int degrees) {
   return kLimit.at(static_cast<std::size_t>(degrees));
 }
 
-LoopClosure CloseLoop(const LoopClosureOptions& options, const IcpOptions& icp,
-                      const SubmapShape& target, const SubmapShape& source,
-                      const Pose3& predicted_X_ik, const Mat6& predicted_covariance) {
+LoopClosure Judge(const LoopClosureOptions& options, const IcpResult& result,
+                  const SubmapShape& target, const SubmapShape& source, const Pose3& predicted_X_ik,
+                  const Mat6& predicted_covariance) {
   LoopClosure closure;
   closure.from = target.id;
   closure.to = source.id;
-  const IcpResult result = Register(icp, target.cloud, source.cloud, predicted_X_ik);
   closure.constraint.from = target.id;
   closure.constraint.to = source.id;
   closure.constraint.X_ik = result.X_ik;

@@ -40,14 +40,22 @@ struct LoopClosureOptions {
   }
 };
 
+/// The frame C of a submap that the pose graph places, and how its content lies in it.
+struct SubmapAnchor {
+  Pose3 X_MC = Pose3::Identity();
+  /// How far drift inside the submap moves its content in C: covariance of (x, y, yaw).
+  Mat3 content_drift = Mat3::Zero();
+  Mat3 drift_before = Mat3::Zero();  ///< Of the body's motion from the base to C.
+};
+
 /// A closed submap as the loop closer sees it.
 struct SubmapShape {
-  SubmapShape(SubmapPtr submap, LogOddsUnits occupied_from, const LoopClosureOptions& options,
-              const IcpOptions& icp);
+  SubmapShape(SubmapPtr submap, const SubmapAnchor& anchor, LogOddsUnits occupied_from,
+              const LoopClosureOptions& options, const IcpOptions& icp);
 
   SubmapId id;
-  Mat3 drift;               ///< Of the submap's content.
-  RegistrationCloud cloud;  ///< Occupied voxels, in M.
+  Mat3 content_drift;
+  RegistrationCloud cloud;  ///< Occupied voxels, in C.
   VoxelGrid cells;
   std::unordered_set<VoxelKey> occupied_cells;  ///< With a margin of one cell.
 };
@@ -78,14 +86,13 @@ struct LoopClosure {
   double overlap = 0, rmse_m = 0;
 };
 
-/// Registers `source` to `target` and tests the result: enough overlap, small residual, and a
-/// relative pose that does not contradict the graph's prediction `predicted_X_ik` with covariance
-/// `predicted_covariance` (chi-square, 99 %). The constraint's covariance holds the registration's
-/// own and the drift inside both submaps, a third of that at their ends each: their content is a
-/// random walk's mean away from the base.
-LoopClosure CloseLoop(const LoopClosureOptions& options, const IcpOptions& icp,
-                      const SubmapShape& target, const SubmapShape& source,
-                      const Pose3& predicted_X_ik, const Mat6& predicted_covariance);
+/// Tests a registration of `source` to `target`: enough overlap, small residual, and a relative
+/// pose that does not contradict the graph's prediction `predicted_X_ik` with covariance
+/// `predicted_covariance` (chi-square, 99 %). All poses are between the submaps' frames C. The
+/// constraint's covariance holds the registration's own and the drift inside both submaps.
+LoopClosure Judge(const LoopClosureOptions& options, const IcpResult& registration,
+                  const SubmapShape& target, const SubmapShape& source, const Pose3& predicted_X_ik,
+                  const Mat6& predicted_covariance);
 
 /// The value that a chi-square variable with `degrees` (1..6) degrees of freedom stays below in 99
 /// % of all cases.

@@ -12,7 +12,7 @@ namespace {
 const IcpOptions kIcp;
 
 SubmapShape ShapeOf(const SubmapPtr& submap, const LoopClosureOptions& options = {}) {
-  return SubmapShape(submap, 0, options, kIcp);
+  return SubmapShape(submap, {Pose3::Identity(), submap->drift / 3}, 0, options, kIcp);
 }
 
 Mat6 Diagonal(double sigma_m, double sigma_yaw_rad) {
@@ -25,8 +25,9 @@ Mat6 Diagonal(double sigma_m, double sigma_yaw_rad) {
 class LoopClosureTest : public testing::Test {
  protected:
   LoopClosure Close(const Pose3& predicted_X_ik, const Mat6& covariance) const {
-    return CloseLoop(options_, kIcp, ShapeOf(target_), ShapeOf(source_), predicted_X_ik,
-                     covariance);
+    const auto target = ShapeOf(target_), source = ShapeOf(source_);
+    return Judge(options_, Register(kIcp, target.cloud, source.cloud, predicted_X_ik), target,
+                 source, predicted_X_ik, covariance);
   }
 
   const Pose3 X_Wi_ = MakePose({-0.5, 0.3, 0}, {0, 0, 0.4});
@@ -80,8 +81,8 @@ TEST_F(LoopClosureTest, CandidatesAreTheBestOverlapsFarEnoughApart) {
   const SubmapShape source = ShapeOf(source_);
   for (SubmapId id = 0; id < 9; ++id) {
     const Pose3 X_Wi = MakePose({1.4 * id - 4, 0.2 * id, 0}, {0, 0, 0.1 * id});
-    shapes.push_back(
-        std::make_unique<SubmapShape>(SubmapOf(id, FurnishedRoom(), X_Wi, 3), 0, options_, kIcp));
+    shapes.push_back(std::make_unique<SubmapShape>(SubmapOf(id, FurnishedRoom(), X_Wi, 3),
+                                                   SubmapAnchor{}, 0, options_, kIcp));
     targets.push_back(shapes.back().get());
     X_ik.push_back(Ominus(X_Wi, X_Wk_));
   }

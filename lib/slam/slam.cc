@@ -13,6 +13,23 @@ const Mat6 kNoPrediction = 1e6 * Mat6::Identity();
 /// Added to each edge's covariance: without any drift it would have no inverse.
 const Mat6 kLeastCovariance = 1e-12 * Mat6::Identity();
 
+/// From first to last scan the body moves by a random walk of covariance D. At a moment in between,
+/// and what two submaps share was seen at some moment, it is D / 2 away from the first scan on the
+/// average, and D / 4 from the middle one.
+SubmapAnchor AnchorOf(const Submap& submap, NodePlace place) {
+  if (place == NodePlace::kFirst) return {Pose3::Identity(), submap.drift / 2, Mat3::Zero()};
+  return {Exp(0.5 * Log(submap.X_ML)), submap.drift / 4, submap.drift / 2};
+}
+
+/// Covariance of what is left of an odometry edge when it begins at C instead of the base. The
+/// drift grows evenly, so that a share of all of it is left, whatever the edge consists of.
+Mat6 WithoutDriftBefore(const SubmapAnchor& anchor, const Mat6& edge) {
+  const double before = anchor.drift_before.topLeftCorner<2, 2>().trace();
+  const double all = edge.topLeftCorner<2, 2>().trace();
+  constexpr double kMost = 0.5;
+  return (1 - (all > 0 ? std::min(kMost, before / all) : 0)) * edge;
+}
+
 }  // namespace
 
 SlamSettings SlamSettings::From(const Config& config) {
@@ -21,8 +38,9 @@ SlamSettings SlamSettings::From(const Config& config) {
           config.Read<SensorModelOptions>("sensor_model")};
 }
 
-Slam::Slam(const SlamSettings& settings)
+Slam::Slam(const SlamSettings& settings, RegistrationHook hook)
     : settings_(settings),
+      hook_(std::move(hook)),
       occupied_from_(SensorModel(settings.sensor_model).occupied_from),
       graph_(settings.pose_graph) {}
 
@@ -32,28 +50,61 @@ void Slam::AddSubmap(const SubmapPtr& submap) {
   AddNode(*submap);
   if (settings_.slam.loop_closures) {
     auto& shape = shapes_[submap->id()];
-    shape = std::make_unique<SubmapShape>(submap, occupied_from_, settings_.loop_closure,
-                                          settings_.registration);
+    shape = std::make_unique<SubmapShape>(submap, anchors_.at(submap->id()), occupied_from_,
+                                          settings_.loop_closure, settings_.registration);
     CloseLoops(*shape);
     graph_.Solve();
     if (DropContradicting()) graph_.Solve();
   }
+  PlaceSubmaps();
   UpdateSigmas();
   ++version_;
 }
 
 void Slam::AddNode(const Submap& submap) {
-  const OdometrySample& odometry = submap.base.odometry;
-  const bool is_first = graph_.nodes().empty();
+  const bool is_first = anchors_.empty();
+  const SubmapAnchor& anchor = anchors_[submap.id()] = AnchorOf(submap, settings_.slam.node);
+  const Pose3 X_OC = submap.base.odometry.X_OB * anchor.X_MC;
+  const RollPitchYaw angles = AnglesOf(X_OC);
+  const AbsolutePrior prior{X_OC.translation().z(), angles.roll, angles.pitch,
+                            settings_.slam.prior_sigma_z_m, settings_.slam.prior_sigma_angle_rad};
+  if (is_first) {
+    graph_.AddNode(submap.id(), X_OC);
+    graph_.SetPrior(submap.id(), prior);
+    return;
+  }
+  const SubmapAnchor& before = anchors_.at(submap.id() - 1);
   const OdometryEdge& edge = submap.base.edge;
-  graph_.AddNode(submap.id(), is_first ? odometry.X_OB : graph_.X_W(submap.id() - 1) * edge.X_PM);
-  const RollPitchYaw angles = AnglesOf(odometry.X_OB);
-  graph_.SetPrior(submap.id(),
-                  {odometry.X_OB.translation().z(), angles.roll, angles.pitch,
-                   settings_.slam.prior_sigma_z_m, settings_.slam.prior_sigma_angle_rad});
-  if (!is_first)
-    graph_.AddConstraint({submap.id() - 1, submap.id(), ConstraintKind::kOdometry, edge.X_PM,
-                          WhiteningOf(edge.covariance + kLeastCovariance)});
+  const Pose3 X_CC = before.X_MC.inverse() * edge.X_PM * anchor.X_MC;
+  graph_.AddNode(submap.id(), graph_.X_W(submap.id() - 1) * X_CC);
+  graph_.SetPrior(submap.id(), prior);
+  const Mat6 Ad = AdjointOf(anchor.X_MC.inverse());
+  const Mat6 covariance = Ad * WithoutDriftBefore(before, edge.covariance) * Ad.transpose() +
+                          PlanarTo6(anchor.drift_before) + kLeastCovariance;
+  graph_.AddConstraint(
+      {submap.id() - 1, submap.id(), ConstraintKind::kOdometry, X_CC, WhiteningOf(covariance)});
+}
+
+void Slam::PlaceSubmaps() {
+  for (const auto& [id, X_WC] : graph_.nodes()) X_WM_[id] = X_WC * anchors_.at(id).X_MC.inverse();
+}
+
+Constraint Slam::BetweenBases(Constraint constraint) const {
+  const Pose3& X_MC_i = anchors_.at(constraint.from).X_MC;
+  const Pose3 X_CM_k = anchors_.at(constraint.to).X_MC.inverse();
+  constraint.X_ik = X_MC_i * constraint.X_ik * X_CM_k;
+  // X Exp(xi) in C is X_CM (X_MC X X_CM Exp(Ad(X_MC) xi)) X_MC.
+  constraint.whitening = constraint.whitening * AdjointOf(X_CM_k);
+  return constraint;
+}
+
+G2oGraph Slam::ToG2o() const {
+  G2oGraph g2o{X_WM_, {}};
+  for (const auto& [number, constraint] : graph_.constraints()) {
+    const Constraint between = BetweenBases(constraint);
+    g2o.edges.push_back({between.from, between.to, between.X_ik, between.Information()});
+  }
+  return g2o;
 }
 
 void Slam::CloseLoops(const SubmapShape& source) {
@@ -66,12 +117,20 @@ void Slam::CloseLoops(const SubmapShape& source) {
   }
   const auto candidates = FindCandidates(settings_.loop_closure, targets, source, X_ik);
   const auto covariances = PredictCovariances(candidates, source.id);
-  std::vector<LoopClosure> loops(candidates.size());
+  const auto predicted_X_ik = [&](const LoopCandidate& candidate) {
+    return Ominus(graph_.X_W(candidate.id), graph_.X_W(source.id));
+  };
+  std::vector<IcpResult> registrations(candidates.size());
   ParallelFor(candidates.size(), [&](std::size_t c) {
-    const SubmapShape& target = *shapes_.at(candidates[c].id);
-    loops[c] = CloseLoop(settings_.loop_closure, settings_.registration, target, source,
-                         Ominus(graph_.X_W(target.id), graph_.X_W(source.id)), covariances[c]);
+    registrations[c] = Register(settings_.registration, shapes_.at(candidates[c].id)->cloud,
+                                source.cloud, predicted_X_ik(candidates[c]));
   });
+  std::vector<LoopClosure> loops;
+  for (std::size_t c = 0; c < candidates.size(); ++c) {
+    if (hook_) hook_(candidates[c].id, source.id, registrations[c]);
+    loops.push_back(Judge(settings_.loop_closure, registrations[c], *shapes_.at(candidates[c].id),
+                          source, predicted_X_ik(candidates[c]), covariances[c]));
+  }
   for (LoopClosure& loop : loops) {
     Closure closure{std::move(loop)};
     if (closure.loop.accepted) closure.constraint = graph_.AddConstraint(closure.loop.constraint);

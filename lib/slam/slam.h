@@ -1,24 +1,35 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "lib/loopclosure/loop_closure.h"
+#include "lib/posegraph/g2o.h"
 #include "lib/posegraph/pose_graph.h"
 #include "lib/submap/sensor_model.h"
 #include "lib/submap/submap.h"
 
 namespace vog {
 
+/// Which of a submap's poses is its node in the graph.
+enum class NodePlace {
+  kFirst,   ///< The base: where the body was at the first scan.
+  kMiddle,  ///< Halfway to the last scan.
+};
+
 struct SlamOptions {
   bool loop_closures = true;
+  NodePlace node = NodePlace::kFirst;
   double prior_sigma_z_m = 0.02;
   double prior_sigma_angle_rad = 0.005;
 
   void Visit(OptionsVisitor& v) {
     v("loop_closures", loop_closures, "look for loop closures; without, poses are odometry's");
+    v("node", node, Names<NodePlace>{{NodePlace::kFirst, "first"}, {NodePlace::kMiddle, "middle"}},
+      "the pose of a submap that is its node: at its first scan, or halfway to its last");
     v("prior_sigma_z_m", prior_sigma_z_m, Between(1e-4, 10), "of a node's measured depth");
     v("prior_sigma_angle_rad", prior_sigma_angle_rad, Between(1e-5, 3),
       "of a node's measured roll and pitch");
@@ -36,12 +47,16 @@ struct SlamSettings {
   static SlamSettings From(const Config& config);
 };
 
+/// Sees, and may change, each registration before it is judged: to study what wrong ones do. Called
+/// in the order of the candidates.
+using RegistrationHook = std::function<void(SubmapId target, SubmapId source, IcpResult&)>;
+
 /// Submap SLAM, section IV-A: each closed submap becomes a node, joined to the one before by
 /// odometry and to earlier ones by registrations that passed their tests; then eq. 6 is solved.
 /// Pure: the same submaps in the same order give the same poses.
 class Slam {
  public:
-  explicit Slam(const SlamSettings& settings);
+  explicit Slam(const SlamSettings& settings, RegistrationHook hook = nullptr);
   ~Slam();
 
   /// Adds the next submap and solves. @pre submaps come in the order of their numbers, none left
@@ -50,8 +65,15 @@ class Slam {
 
   /// Grows by one with every submap.
   std::int64_t version() const { return version_; }
+  /// Its nodes are the submaps' frames C.
   const PoseGraph& graph() const { return graph_; }
-  const std::map<NodeId, Pose3>& X_WM() const { return graph_.nodes(); }
+  const SubmapAnchor& anchor(SubmapId id) const { return anchors_.at(id); }
+  /// Where the submaps are: X_WC * X_MC^-1.
+  const std::map<SubmapId, Pose3>& X_WM() const { return X_WM_; }
+  /// A constraint between nodes as one between the submaps' bases; the chi-square is the same.
+  Constraint BetweenBases(Constraint constraint) const;
+  /// The graph between the submaps' bases.
+  G2oGraph ToG2o() const;
 
   /// A closure of the graph, and its number there; a rejected one has none.
   struct Closure {
@@ -66,6 +88,7 @@ class Slam {
 
  private:
   void AddNode(const Submap& submap);
+  void PlaceSubmaps();
   void CloseLoops(const SubmapShape& source);
   std::vector<Mat6> PredictCovariances(const std::vector<LoopCandidate>& candidates,
                                        NodeId newest) const;
@@ -73,8 +96,11 @@ class Slam {
   void UpdateSigmas();
 
   SlamSettings settings_;
+  RegistrationHook hook_;
   LogOddsUnits occupied_from_;
   PoseGraph graph_;
+  std::map<SubmapId, SubmapAnchor> anchors_;
+  std::map<SubmapId, Pose3> X_WM_;
   std::map<SubmapId, std::unique_ptr<SubmapShape>> shapes_;
   std::vector<Closure> closures_;
   std::map<NodeId, double> sigma_xy_m_;

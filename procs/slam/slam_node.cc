@@ -25,13 +25,13 @@ graph_edge_t ToMessage(const Constraint& constraint) {
 graph_t ToMessage(const Slam& slam) {
   graph_t message{};
   for (const auto& [number, constraint] : slam.graph().constraints()) {
-    graph_edge_t edge = ToMessage(constraint);
+    graph_edge_t edge = ToMessage(slam.BetweenBases(constraint));
     edge.chi_square = slam.graph().ChiSquareOf(constraint);
     message.edge.push_back(edge);
   }
   for (const Slam::Closure& closure : slam.closures()) {
     if (closure.loop.accepted) continue;
-    graph_edge_t edge = ToMessage(closure.loop.constraint);
+    graph_edge_t edge = ToMessage(slam.BetweenBases(closure.loop.constraint));
     edge.kind = graph_edge_t::REJECTED_CLOSURE;
     edge.chi_square = closure.loop.chi_square;
     edge.reason = closure.loop.reason;

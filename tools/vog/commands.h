@@ -15,5 +15,7 @@ void AddLogCommand(CLI::App& app);
 void AddMapCommand(CLI::App& app);
 void AddConfigCommand(CLI::App& app);
 void AddReportCommand(CLI::App& app);
+void AddRegisterCommand(CLI::App& app);
+void AddSlamCommand(CLI::App& app);
 
 }  // namespace vog

@@ -16,6 +16,8 @@ int Run(int argc, char** argv) {
   vog::AddLogCommand(app);
   vog::AddConfigCommand(app);
   vog::AddReportCommand(app);
+  vog::AddRegisterCommand(app);
+  vog::AddSlamCommand(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {  // --help and --version.

@@ -1,7 +1,6 @@
 #include "lib/loopclosure/loop_closure.h"
 
 #include <algorithm>
-#include <array>
 
 #include "lib/geometry/odometry.h"
 
@@ -71,11 +70,6 @@ std::vector<LoopCandidate> FindCandidates(const LoopClosureOptions& options,
   if (static_cast<int>(candidates.size()) > options.max_candidates)
     candidates.resize(static_cast<std::size_t>(options.max_candidates));
   return candidates;
-}
-
-double ChiSquare99(int degrees) {
-  constexpr std::array<double, 7> kLimit = {0, 6.635, 9.210, 11.345, 13.277, 15.086, 16.812};
-  return kLimit.at(static_cast<std::size_t>(degrees));
 }
 
 LoopClosure Judge(const LoopClosureOptions& options, const IcpResult& result,

@@ -94,8 +94,4 @@ LoopClosure Judge(const LoopClosureOptions& options, const IcpResult& registrati
                   const SubmapShape& target, const SubmapShape& source, const Pose3& predicted_X_ik,
                   const Mat6& predicted_covariance);
 
-/// The value that a chi-square variable with `degrees` (1..6) degrees of freedom stays below in 99
-/// % of all cases.
-double ChiSquare99(int degrees);
-
 }  // namespace vog

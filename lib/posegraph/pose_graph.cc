@@ -1,13 +1,16 @@
 #include "lib/posegraph/pose_graph.h"
 
 #include <ceres/ceres.h>
+#include <omp.h>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
 #include <array>
+#include <cmath>
 #include <memory>
-#include <set>
 #include <stdexcept>
+#include <string>
+
+#include "lib/posegraph/block_cholesky.h"
 
 namespace vog {
 namespace {
@@ -15,6 +18,11 @@ namespace {
 /// x, y, z, qx, qy, qz, qw.
 using PoseBlock = std::array<double, 7>;
 constexpr int kPoseSize = 7, kTangentSize = 6;
+/// Graphs with more nodes than this are factored by CHOLMOD, whose dense parts BLAS computes. Smaller
+/// ones need no BLAS: what a mission computes does not depend on which one a machine has.
+constexpr std::size_t kLarge = 1000;
+/// Pivots below this share of their diagonal entry are rounding errors: a pose is free.
+constexpr double kSingularPivot = 1e-14;
 
 template <class T>
 using QuaternionMap = Eigen::Map<const Eigen::Quaternion<T>>;
@@ -119,25 +127,51 @@ ceres::CostFunction* MakeCost(const Constraint& constraint) {
                   static_cast<int>(constraint.whitening.rows()));
 }
 
+/// DcsLoss for Ceres.
+class DcsLossFunction final : public ceres::LossFunction {
+ public:
+  explicit DcsLossFunction(double phi) : phi_(phi) {}
+
+  void Evaluate(double s, double rho[3]) const override {
+    if (s <= phi_) {
+      rho[0] = s;
+      rho[1] = 1;
+      rho[2] = 0;
+      return;
+    }
+    const double ratio = phi_ / (phi_ + s);
+    rho[0] = phi_ * (3 * s - phi_) / (s + phi_);
+    rho[1] = 4 * ratio * ratio;
+    rho[2] = -8 * ratio * ratio / (phi_ + s);
+  }
+
+ private:
+  double phi_;
+};
+
 /// A Ceres problem over copies of a graph's poses.
 class Problem {
  public:
-  Problem(const std::map<NodeId, Pose3>& nodes, const std::map<int, Constraint>& constraints,
-          const std::map<NodeId, AbsolutePrior>& priors)
-      : problem_(Ownership()) {
+  explicit Problem(const std::map<NodeId, Pose3>& nodes) : problem_(Ownership()) {
     for (const auto& [id, X_W] : nodes) {
       blocks_[id] = ToBlock(X_W);
       problem_.AddParameterBlock(blocks_[id].data(), kPoseSize, &manifold_);
     }
-    for (const auto& [number, constraint] : constraints)
-      problem_.AddResidualBlock(MakeCost(constraint), nullptr, blocks_.at(constraint.from).data(),
-                                blocks_.at(constraint.to).data());
-    for (const auto& [id, prior] : priors)
-      problem_.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<AbsoluteError, 3, kPoseSize>(new AbsoluteError(prior)),
-          nullptr, blocks_.at(id).data());
-    if (!blocks_.empty()) problem_.SetParameterBlockConstant(blocks_.begin()->second.data());
   }
+
+  void Add(const Constraint& constraint, const DcsLoss& closure_loss) {
+    const bool is_doubted =
+        constraint.kind != ConstraintKind::kOdometry && std::isfinite(closure_loss.phi);
+    problem_.AddResidualBlock(MakeCost(constraint),
+                              is_doubted ? new DcsLossFunction(closure_loss.phi) : nullptr,
+                              blocks_.at(constraint.from).data(), blocks_.at(constraint.to).data());
+  }
+  void Add(NodeId id, const AbsolutePrior& prior) {
+    problem_.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<AbsoluteError, 3, kPoseSize>(new AbsoluteError(prior)),
+        nullptr, blocks_.at(id).data());
+  }
+  void Fix(NodeId id) { problem_.SetParameterBlockConstant(blocks_.at(id).data()); }
 
   ceres::Problem& problem() { return problem_; }
   std::map<NodeId, PoseBlock>& blocks() { return blocks_; }
@@ -167,20 +201,46 @@ SparseMatrix ToEigen(const ceres::CRSMatrix& crs) {
   return matrix;
 }
 
+std::unique_ptr<Problem> MakeProblem(const PoseGraph& graph,
+                                     const std::map<NodeId, AbsolutePrior>& priors,
+                                     const DcsLoss& closure_loss) {
+  auto problem = std::make_unique<Problem>(graph.nodes());
+  for (const auto& [number, constraint] : graph.constraints())
+    problem->Add(constraint, closure_loss);
+  for (const auto& [id, prior] : priors) problem->Add(id, prior);
+  for (const auto& [id, X_W] : graph.nodes())
+    if (graph.IsFixed(id)) problem->Fix(id);
+  return problem;
+}
+
+/// CHOLMOD asks for four threads at each of its many small steps, whatever the environment says: on
+/// one it is three times as fast.
+void KeepToOneThread() { omp_set_max_active_levels(0); }
+
+/// J^T J in blocks of a node each.
+BlockMatrix<kTangentSize> BlocksOf(const SparseMatrix& H) {
+  BlockMatrix<kTangentSize> blocks;
+  blocks.diagonal.assign(static_cast<std::size_t>(H.cols() / kTangentSize), Mat6::Zero());
+  std::map<std::pair<int, int>, std::size_t> places;
+  for (int col = 0; col < H.outerSize(); ++col)
+    for (SparseMatrix::InnerIterator entry(H, col); entry; ++entry) {
+      const int i = static_cast<int>(entry.row()) / kTangentSize, k = col / kTangentSize;
+      if (i > k) continue;
+      Mat6* block = i == k ? &blocks.diagonal[static_cast<std::size_t>(i)] : nullptr;
+      if (block == nullptr) {
+        const auto [place, is_new] = places.emplace(std::pair(i, k), blocks.blocks.size());
+        if (is_new) {
+          blocks.places.push_back(place->first);
+          blocks.blocks.push_back(Mat6::Zero());
+        }
+        block = &blocks.blocks[place->second];
+      }
+      (*block)(entry.row() % kTangentSize, col % kTangentSize) = entry.value();
+    }
+  return blocks;
+}
+
 }  // namespace
-
-Whitening WhiteningOf(const Mat6& covariance) {
-  return PartialWhiteningOf(Mat6::Identity(), covariance);
-}
-
-Whitening PartialWhiteningOf(const Eigen::Matrix<double, 6, Eigen::Dynamic>& basis,
-                             const Mat6& covariance) {
-  const Eigen::MatrixXd projected = basis.transpose() * covariance * basis;
-  const Eigen::LLT<Eigen::MatrixXd> llt(projected);
-  if (llt.info() != Eigen::Success)
-    throw std::invalid_argument("the covariance of a constraint is not positive definite");
-  return llt.matrixL().solve(Eigen::MatrixXd(basis.transpose()));
-}
 
 void PoseGraph::AddNode(NodeId id, const Pose3& X_W) {
   if (!nodes_.emplace(id, X_W).second)
@@ -194,24 +254,34 @@ int PoseGraph::AddConstraint(const Constraint& constraint) {
   return next_constraint_++;
 }
 
-SolveSummary PoseGraph::Solve() {
-  Problem problem(nodes_, constraints_, priors_);
+SolveSummary PoseGraph::Solve(DcsLoss closure_loss) {
+  if (nodes_.empty()) return {true, 0, 0, 0};
+  const auto problem = MakeProblem(*this, priors_, closure_loss);
+  KeepToOneThread();
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-  // Without BLAS the result does not depend on which BLAS a machine has, nor on its threads.
-  options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
+  options.sparse_linear_algebra_library_type =
+      nodes_.size() > kLarge ? ceres::SUITE_SPARSE : ceres::EIGEN_SPARSE;
   options.num_threads = 1;
   options.max_num_iterations = options_.max_iterations;
   options.function_tolerance = options_.function_tolerance;
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem.problem(), &summary);
+  ceres::Solve(options, &problem->problem(), &summary);
   SolveSummary result{summary.IsSolutionUsable(), 2 * summary.initial_cost, 2 * summary.final_cost,
                       static_cast<int>(summary.iterations.size())};
   if (result.usable) {
-    for (const auto& [id, block] : problem.blocks()) nodes_[id] = FromBlock(block);
+    for (const auto& [id, block] : problem->blocks())
+      if (!IsFixed(id)) nodes_[id] = FromBlock(block);
   }
   return result;
+}
+
+double PoseGraph::Cost() const {
+  if (nodes_.empty()) return 0;
+  double half_cost = 0;
+  MakeProblem(*this, priors_, {})->problem().Evaluate({}, &half_cost, nullptr, nullptr, nullptr);
+  return 2 * half_cost;
 }
 
 double PoseGraph::ChiSquareOf(const Constraint& constraint) const {
@@ -222,40 +292,46 @@ double PoseGraph::ChiSquareOf(const Constraint& constraint) const {
 
 std::vector<Mat6> PoseGraph::RelativeCovariances(
     const std::vector<std::pair<NodeId, NodeId>>& pairs) const {
-  if (nodes_.size() < 2) return std::vector<Mat6>(pairs.size(), Mat6::Zero());  // All fixed.
-  Problem problem(nodes_, constraints_, priors_);
-  // Order of the columns: the free nodes by number. The first node is fixed and has none.
-  std::map<NodeId, int> column;
+  std::map<NodeId, int> index;  // Of the free nodes.
+  for (const auto& [id, X_W] : nodes_)
+    if (!IsFixed(id)) index.emplace(id, static_cast<int>(index.size()));
+  if (index.empty()) return std::vector<Mat6>(pairs.size(), Mat6::Zero());
+  const auto problem = MakeProblem(*this, priors_, {});
   ceres::Problem::EvaluateOptions order;
-  for (auto& [id, block] : problem.blocks()) {
-    const bool is_fixed = id == problem.blocks().begin()->first;
-    column[id] = is_fixed ? -1 : kTangentSize * static_cast<int>(order.parameter_blocks.size());
-    if (!is_fixed) order.parameter_blocks.push_back(block.data());
-  }
+  for (const auto& [id, i] : index) order.parameter_blocks.push_back(problem->blocks()[id].data());
   ceres::CRSMatrix crs;
-  problem.problem().Evaluate(order, nullptr, nullptr, nullptr, &crs);
+  problem->problem().Evaluate(order, nullptr, nullptr, nullptr, &crs);
   const SparseMatrix J = ToEigen(crs);
-  const Eigen::SimplicialLDLT<SparseMatrix> factor(SparseMatrix(J.transpose() * J));
-  if (factor.info() != Eigen::Success || (factor.vectorD().array() <= 0).any()) return {};
+  BlockCholesky<kTangentSize> factor;
+  if (!factor.Factor(BlocksOf(J.transpose() * J), std::vector<bool>(index.size(), true)) ||
+      factor.SmallestPivot() < kSingularPivot)
+    return {};
 
+  const std::vector<Mat6> diagonal = factor.InverseDiagonal();
   std::map<NodeId, Eigen::MatrixXd> columns;  // Of the inverse, six a node.
-  const auto block = [&](NodeId row, NodeId col) -> Mat6 {
-    if (column.at(row) < 0 || column.at(col) < 0) return Mat6::Zero();
-    auto& solved = columns[col];
+  const auto marginal = [&](NodeId id) -> Mat6 {
+    return IsFixed(id) ? Mat6::Zero() : diagonal[static_cast<std::size_t>(index.at(id))];
+  };
+  const auto cross = [&](NodeId row, NodeId column) -> Mat6 {
+    if (IsFixed(row) || IsFixed(column)) return Mat6::Zero();
+    Eigen::MatrixXd& solved = columns[column];
     if (solved.size() == 0) {
       Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(J.cols(), kTangentSize);
-      unit.middleRows<kTangentSize>(column.at(col)).setIdentity();
-      solved = factor.solve(unit);
+      unit.middleRows<kTangentSize>(kTangentSize * index.at(column)).setIdentity();
+      solved = factor.Solve(unit);
     }
-    return solved.middleRows<kTangentSize>(column.at(row));
+    return solved.middleRows<kTangentSize>(kTangentSize * index.at(row));
   };
   std::vector<Mat6> covariances;
   for (const auto& [i, k] : pairs) {
+    if (i == k) {
+      covariances.push_back(Mat6::Zero());
+      continue;
+    }
     // X_ik Exp(xi) with xi = xi_k - Ad(X_ik^-1) xi_i.
     const Mat6 A = AdjointOf(Ominus(X_W(k), X_W(i)));
-    const Mat6 cross = A * block(i, k);
-    covariances.push_back(block(k, k) + A * block(i, i) * A.transpose() - cross -
-                          cross.transpose());
+    const Mat6 P_ik = A * cross(i, k);
+    covariances.push_back(marginal(k) + A * marginal(i) * A.transpose() - P_ik - P_ik.transpose());
   }
   return covariances;
 }

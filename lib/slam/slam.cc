@@ -99,7 +99,9 @@ Constraint Slam::BetweenBases(Constraint constraint) const {
 }
 
 G2oGraph Slam::ToG2o() const {
-  G2oGraph g2o{X_WM_, {}};
+  G2oGraph g2o;
+  g2o.vertices = X_WM_;
+  if (!X_WM_.empty()) g2o.fixed = {X_WM_.begin()->first};
   for (const auto& [number, constraint] : graph_.constraints()) {
     const Constraint between = BetweenBases(constraint);
     g2o.edges.push_back({between.from, between.to, between.X_ik, between.Information()});

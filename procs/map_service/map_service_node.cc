@@ -213,6 +213,7 @@ void MapServiceNode::CompleteIfDone(Time time) {
 G2oGraph MapServiceNode::Graph() const {
   G2oGraph graph;
   for (const SubmapId id : submaps_.ids()) graph.vertices[id] = submaps_.X_WM(id);
+  if (!graph.vertices.empty()) graph.fixed = {graph.vertices.begin()->first};
   int newest_in_graph = -1;
   for (const graph_edge_t& edge : graph_.edge) {
     const auto X_ik = FromMessage(edge.X_ik);

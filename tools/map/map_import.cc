@@ -88,6 +88,7 @@ class MapMaker {
   }
 
   StoredMap Finish() {
+    if (!graph_.vertices.empty()) graph_.fixed = {graph_.vertices.begin()->first};
     map_.graph_g2o = ToG2oText(graph_);
     return std::move(map_);
   }

@@ -13,6 +13,7 @@ void AddMissionCommand(CLI::App& app);
 void AddReplayCommand(CLI::App& app);
 void AddLogCommand(CLI::App& app);
 void AddMapCommand(CLI::App& app);
+void AddGraphCommand(CLI::App& app);
 void AddConfigCommand(CLI::App& app);
 void AddReportCommand(CLI::App& app);
 void AddRegisterCommand(CLI::App& app);

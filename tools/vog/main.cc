@@ -13,6 +13,7 @@ int Run(int argc, char** argv) {
   vog::AddMissionCommand(app);
   vog::AddReplayCommand(app);
   vog::AddMapCommand(app);
+  vog::AddGraphCommand(app);
   vog::AddLogCommand(app);
   vog::AddConfigCommand(app);
   vog::AddReportCommand(app);

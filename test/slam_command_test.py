@@ -1,0 +1,112 @@
+"""SLAM by itself: run anew on a saved map, with wrong registrations, and one pair of clouds."""
+
+import json
+import math
+import random
+import unittest
+
+from vog_testing import IS_SANITIZED, VogTest, config, vog
+
+SUBMAPS = 3 if IS_SANITIZED else 16
+
+
+def corner(shift=(0, 0), count=4000):
+    """Points of two walls and a box, moved."""
+    draw = random.Random(1)
+    points = []
+    for _ in range(count):
+        a, z = draw.uniform(-2, 2), draw.uniform(-1, 1)
+        points.append(draw.choice([(3, a, z), (a, 2.5, z), (1.5, a / 4, z)]))
+    return [(x + shift[0], y + shift[1], z) for x, y, z in points]
+
+
+class SlamTest(VogTest):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.mission = cls.scratch / "mission"
+        cls("slam").run_vog("mission", config("tank"), "--max-submaps", SUBMAPS, "--out", cls.mission)
+
+    def graph(self, folder):
+        return [line.split() for line in (folder / "graph.g2o").read_text().splitlines()]
+
+    def slam(self, *arguments):
+        return json.loads(self.run_vog("slam", self.mission / "map", "--json", *arguments))
+
+    def test_the_missions_settings_give_the_missions_map(self):
+        out = self.scratch / "again"
+        result = self.slam("--config", config("tank"), "--out", out)
+        closures = self.metrics(self.mission)["loop_closures"]
+        self.assertEqual(result["full"], closures["full"])
+        self.assertEqual(result["partial"], closures["partial"])
+        self.assertEqual(sum(result["rejected"].values()), closures["rejected"])
+        first = self.run_vog("map", "info", self.mission / "map", "--json")
+        self.assertEqual(json.loads(first)["submaps"],
+                         json.loads(self.run_vog("map", "info", out, "--json"))["submaps"])
+        for before, after in zip(self.graph(self.mission / "map"), self.graph(out), strict=True):
+            self.assertEqual(before[0], after[0])
+            for a, b in zip(before[1:], after[1:], strict=True):
+                # Messages carry poses as quaternions.
+                self.assertAlmostEqual(float(a), float(b), delta=1e-6 * max(1, abs(float(a))))
+        self.assertEqual(len(result["poses"]), SUBMAPS)
+        for pose in result["poses"][1:]:
+            self.assertGreater(pose["covariance"][0][0], 0)
+
+    def test_settings_change_what_comes_out(self):
+        self.assertEqual(self.slam("--set", "slam.loop_closures=false")["rejected"], {})
+        self.assertEqual(self.slam("--set", "loop_closure.max_candidates=0")["full"], 0)
+
+    @unittest.skipIf(IS_SANITIZED, "too few submaps")
+    def test_wrong_registrations_are_found(self):
+        for group in 1, 4:
+            result = self.slam("--faults", 0.4, "--fault-group", group)
+            self.assertGreater(result["faults"], 5)
+            self.assertLessEqual(result["faults_kept"], 0.1 * result["faults"])
+            self.assertGreater(result["full"] + result["partial"], 5)
+
+    def test_bad_arguments_are_refused(self):
+        self.refuse(2, "slam", self.scratch / "nothing", says=["nothing"])
+        self.refuse(2, "slam", self.mission / "map", "--set", "slam.node=last", says=["slam.node"])
+        self.refuse(2, "slam", self.mission / "map", "--faults", 2, says=["--faults"])
+        self.refuse(2, "slam", self.mission / "map", "--out", self.mission / "map", says=["already"])
+
+
+class RegisterTest(VogTest):
+    def cloud(self, name, points):
+        file = self.scratch / name
+        head = "\n".join(["# .PCD v0.7", "VERSION 0.7", "FIELDS x y z", "SIZE 4 4 4", "TYPE F F F",
+                          "COUNT 1 1 1", f"WIDTH {len(points)}", "HEIGHT 1",
+                          "VIEWPOINT 0 0 0 1 0 0 0", f"POINTS {len(points)}", "DATA ascii"])
+        file.write_text(head + "\n" + "\n".join(f"{x} {y} {z}" for x, y, z in points) + "\n")
+        return file
+
+    def test_a_shift_is_found_and_told_with_its_uncertainty(self):
+        source, target = self.cloud("s.pcd", corner((-0.2, 0.1))), self.cloud("t.pcd", corner())
+        result = json.loads(self.run_vog("register", source, target, "--json"))
+        self.assertTrue(result["usable"])
+        x, y, z, qx, qy, qz, qw = result["X_target_source"]
+        self.assertLess(math.dist((x, y, z), (0.2, -0.1, 0)), 0.02)
+        self.assertEqual(result["degenerate_directions"], 0)
+        self.assertGreater(result["overlap"], 0.8)
+        self.assertLess(result["covariance"][0][0], 0.05 ** 2)
+        self.assertIn("signal to noise", self.run_vog("register", source, target))
+
+    def test_a_wall_alone_leaves_a_direction_open(self):
+        wall = [p for p in corner() if p[0] == 3]
+        file = self.cloud("wall.pcd", wall)
+        result = json.loads(self.run_vog("register", file, file, "--initial", *"0.1 0 0 0 0 0 1".split(),
+                                         "--json"))
+        self.assertEqual(result["degenerate_directions"], 1)
+        self.assertEqual(len(result["measured_directions"]), 2)
+
+    def test_what_cannot_be_registered_is_refused(self):
+        cloud = self.cloud("a.pcd", corner())
+        far = self.cloud("far.pcd", corner((100, 0)))
+        self.assertEqual(vog("register", far, cloud).returncode, 2)
+        self.refuse(2, "register", cloud, self.scratch / "none.pcd", says=["none.pcd"])
+        self.refuse(2, "register", cloud, cloud, "--initial", *"0 0 0 0 0 0 0".split(),
+                    says=["--initial"])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -18,8 +18,8 @@ namespace {
 /// x, y, z, qx, qy, qz, qw.
 using PoseBlock = std::array<double, 7>;
 constexpr int kPoseSize = 7, kTangentSize = 6;
-/// Graphs with more nodes than this are factored by CHOLMOD, whose dense parts BLAS computes. Smaller
-/// ones need no BLAS: what a mission computes does not depend on which one a machine has.
+/// Graphs with more nodes than this are factored by CHOLMOD, whose dense parts BLAS computes.
+/// Smaller ones need no BLAS: what a mission computes does not depend on which one a machine has.
 constexpr std::size_t kLarge = 1000;
 /// Pivots below this share of their diagonal entry are rounding errors: a pose is free.
 constexpr double kSingularPivot = 1e-14;

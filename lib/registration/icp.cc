@@ -46,7 +46,7 @@ template <class Visit>
 void ForEachCorrespondence(const IcpOptions& options, const RegistrationCloud& target,
                            const RegistrationCloud& source, const Pose3& X_ik,
                            double max_distance_m, Visit visit) {
-  const Mat3 R_ki = X_ik.linear().transpose();
+  const Mat3 R_ik = X_ik.linear();
   const double point_variance_m2 = options.point_sigma_m * options.point_sigma_m;
   // Beyond this a residual counts linearly (Huber).
   const double linear_from_m = 0.5 * max_distance_m;
@@ -57,7 +57,7 @@ void ForEachCorrespondence(const IcpOptions& options, const RegistrationCloud& t
     const auto nearest = target.NearestTo(p_i);
     const LocalPlane& plane = target.planes()[nearest.index];
     if (nearest.distance_m > max_distance_m || plane.normal.isZero()) continue;
-    const Vec3 normal_k = R_ki * plane.normal;
+    const Vec3 normal_k = R_ik.transpose() * plane.normal;
     const Vec3& own_normal_k = source.planes()[s].normal;
     if (!own_normal_k.isZero() && normal_k.dot(own_normal_k) < options.min_normal_cosine) continue;
     const double residual_m = plane.normal.dot(p_i - target.points()[nearest.index]);

@@ -67,6 +67,7 @@ class SlamTest(VogTest):
     def test_bad_arguments_are_refused(self):
         self.refuse(2, "slam", self.scratch / "nothing", says=["nothing"])
         self.refuse(2, "slam", self.mission / "map", "--set", "slam.node=last", says=["slam.node"])
+        self.refuse(2, "slam", self.mission / "map", "--set", "slamm.node=first", says=["slamm"])
         self.refuse(2, "slam", self.mission / "map", "--faults", 2, says=["--faults"])
         self.refuse(2, "slam", self.mission / "map", "--out", self.mission / "map", says=["already"])
 

@@ -6,14 +6,6 @@
 
 namespace vog {
 
-bool Supports(WalkForm form) {
-#if defined(__x86_64__)
-  return form == WalkForm::kBaseline || __builtin_cpu_supports("avx2");
-#else
-  return form == WalkForm::kBaseline;
-#endif
-}
-
 bool ViewWalk::Holds(const VoxelGrid& grid, const Vec3& origin, double length_m) {
   const double reach = (origin.cwiseAbs().maxCoeff() + length_m) / grid.voxel_size_m() + kRound;
   return reach < static_cast<double>(kOrigin);

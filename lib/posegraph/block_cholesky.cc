@@ -4,7 +4,6 @@
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCore>
 #include <algorithm>
-#include <map>
 
 namespace vog {
 namespace {
@@ -14,8 +13,6 @@ using Eigen::MatrixXd;
 
 /// Columns go into one front when their different structures leave at most this share of it zero.
 constexpr double kMaxZeros = 0.15;
-/// The order of elimination is made anew when new blocks have made the work this much larger.
-constexpr double kMaxGrowth = 1.5;
 
 /// Eigen cuts products to fit the machine's caches, and with that changes the order of sums: it is
 /// told the same sizes on every machine.
@@ -54,12 +51,12 @@ Index PlaceIn(const Front& front, int row) {
 }  // namespace
 
 template <int kSize>
-bool BlockCholesky<kSize>::Factor(const Matrix& A, const std::vector<bool>& changed) {
+bool BlockCholesky<kSize>::Factor(const Matrix& A) {
   FixCacheSizes();
-  if (order_.size() != A.diagonal.size() || places_ != A.places.size()) Analyze(A);
-  Invalidate(changed);
+  OrderByMinimumDegree(A);
+  BuildFronts(A);
   for (Front& front : fronts_)
-    if (!front.is_valid && !Compute(A, front)) return false;
+    if (!Compute(A, front)) return false;
   return true;
 }
 
@@ -68,21 +65,6 @@ double BlockCholesky<kSize>::SmallestPivot() const {
   double smallest = 1;
   for (const Front& front : fronts_) smallest = std::min(smallest, front.smallest_pivot);
   return smallest;
-}
-
-template <int kSize>
-void BlockCholesky<kSize>::Analyze(const Matrix& A) {
-  std::vector<Front> old_fronts = std::move(fronts_);
-  const std::vector<int> old_order = order_;
-  places_ = A.places.size();
-  for (int row = static_cast<int>(order_.size()); row < A.size(); ++row) order_.push_back(row);
-  BuildFronts(A);
-  if (old_order.empty() || Work() > kMaxGrowth * work_when_ordered_) {
-    OrderByMinimumDegree(A);
-    BuildFronts(A);
-    work_when_ordered_ = Work();
-  }
-  Inherit(old_fronts, old_order);
 }
 
 template <int kSize>
@@ -191,56 +173,6 @@ void BlockCholesky<kSize>::MakeFronts(const Structures& structures) {
   }
 }
 
-/// Takes over the old fronts that the new order and structure leave as they were, with all that is
-/// below them.
-template <int kSize>
-void BlockCholesky<kSize>::Inherit(std::vector<Front>& old_fronts,
-                                   const std::vector<int>& old_order) {
-  std::map<int, Front*> by_first_row;
-  for (Front& old : old_fronts) by_first_row[old_order[static_cast<std::size_t>(old.first)]] = &old;
-  const auto row = [](const std::vector<int>& order, int place) {
-    return order[static_cast<std::size_t>(place)];
-  };
-  for (Front& front : fronts_) {
-    const auto found = by_first_row.find(row(order_, front.first));
-    if (found == by_first_row.end()) continue;
-    Front& old = *found->second;
-    bool is_same = old.is_valid && old.last - old.first == front.last - front.first &&
-                   old.rows.size() == front.rows.size() &&
-                   old.children.size() == front.children.size();
-    for (int i = 0; is_same && i < front.last - front.first; ++i)
-      is_same = row(old_order, old.first + i) == row(order_, front.first + i);
-    for (std::size_t i = 0; is_same && i < front.rows.size(); ++i)
-      is_same = row(old_order, old.rows[i]) == row(order_, front.rows[i]);
-    for (std::size_t i = 0; is_same && i < front.children.size(); ++i)
-      is_same = fronts_[static_cast<std::size_t>(front.children[i])].is_valid;
-    if (!is_same) continue;
-    front.L = std::move(old.L);
-    front.update = std::move(old.update);
-    front.smallest_pivot = old.smallest_pivot;
-    front.is_valid = true;
-  }
-}
-
-template <int kSize>
-double BlockCholesky<kSize>::Work() const {
-  double work = 0;
-  for (const Front& front : fronts_)
-    work += static_cast<double>(front.columns()) * static_cast<double>(front.height()) *
-            static_cast<double>(front.height());
-  return work;
-}
-
-template <int kSize>
-void BlockCholesky<kSize>::Invalidate(const std::vector<bool>& changed) {
-  for (Front& front : fronts_) {
-    for (int j = front.first; front.is_valid && j < front.last; ++j)
-      front.is_valid = !changed[static_cast<std::size_t>(order_[static_cast<std::size_t>(j)])];
-    if (!front.is_valid && front.parent >= 0)
-      fronts_[static_cast<std::size_t>(front.parent)].is_valid = false;
-  }
-}
-
 template <int kSize>
 bool BlockCholesky<kSize>::Compute(const Matrix& A, Front& front) const {
   MatrixXd F = Assemble(A, front);
@@ -260,7 +192,6 @@ bool BlockCholesky<kSize>::Compute(const Matrix& A, Front& front) const {
   front.update = F.bottomRightCorner(below, below);
   if (below > 0)
     front.update.template selfadjointView<Eigen::Lower>().rankUpdate(front.L.bottomRows(below), -1);
-  front.is_valid = true;
   return true;
 }
 

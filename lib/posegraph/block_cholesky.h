@@ -21,21 +21,16 @@ struct BlockMatrix {
   int size() const { return static_cast<int>(diagonal.size()); }
 };
 
-/// The Cholesky factor of a BlockMatrix by the multifrontal method [Duff and Reid 1983]. It keeps
-/// its fronts: when a matrix differs from the last one in a few blocks, or has a few more of them,
-/// only the fronts above the change in the elimination tree are computed anew. Plain C++ on one
-/// thread, so that no library of the machine has a say in the result. Made for 1, 3 and 6.
+/// The Cholesky factor of a BlockMatrix by the multifrontal method [Duff and Reid 1983]. Plain C++
+/// on one thread, so that no library of the machine has a say in the result. Made for 1, 3 and 6.
 template <int kSize>
 class BlockCholesky {
  public:
   using Matrix = BlockMatrix<kSize>;
   using Block = typename Matrix::Block;
 
-  /// Factors `A`, which has all the places of the matrix of the last call in the same order, and
-  /// maybe more rows and places after them. `changed[i]` tells whether a block in row or column i
-  /// differs from that matrix. False when `A` is not positive definite: then nothing else may be
-  /// asked.
-  bool Factor(const Matrix& A, const std::vector<bool>& changed);
+  /// False when `A` is not positive definite: then nothing else may be asked.
+  bool Factor(const Matrix& A);
 
   /// The smallest pivot as a share of the diagonal entry it came from: near 1e-16 when the matrix
   /// is singular for all that doubles can tell.
@@ -56,7 +51,6 @@ class BlockCholesky {
     std::vector<int> rows;    ///< Below them, ascending.
     int parent = -1;
     std::vector<int> children;
-    bool is_valid = false;
     Eigen::MatrixXd L;       ///< Its columns of the factor, at their own rows and at `rows`.
     Eigen::MatrixXd update;  ///< What it adds at `rows` x `rows`; lower triangle.
     double smallest_pivot = 1;
@@ -74,26 +68,20 @@ class BlockCholesky {
   };
   using Structures = std::vector<std::vector<int>>;  ///< Rows below the diagonal, by column.
 
-  void Analyze(const Matrix& A);
   void OrderByMinimumDegree(const Matrix& A);
   void BuildFronts(const Matrix& A);
   void Sort(const Matrix& A);
   Structures FindStructures() const;
   void Postorder(const Structures& structures);
   void MakeFronts(const Structures& structures);
-  void Inherit(std::vector<Front>& old_fronts, const std::vector<int>& old_order);
-  double Work() const;
 
-  void Invalidate(const std::vector<bool>& changed);
   bool Compute(const Matrix& A, Front& front) const;
   Eigen::MatrixXd Assemble(const Matrix& A, const Front& front) const;
 
-  std::size_t places_ = 0;                   ///< Of the last matrix.
   std::vector<int> order_;                   ///< Place -> row of the matrix.
   std::vector<int> place_;                   ///< Its inverse.
   std::vector<std::vector<Entry>> entries_;  ///< By column.
   std::vector<Front> fronts_;                ///< Children before parents.
-  double work_when_ordered_ = 0;
 };
 
 }  // namespace vog

@@ -41,15 +41,10 @@ class RandomMatrix {
   }
 
   /// Changes the blocks of a row.
-  void Change(int row, std::vector<bool>& changed) {
+  void Change(int row) {
     A.diagonal[static_cast<std::size_t>(row)] = Diagonal();
-    changed[static_cast<std::size_t>(row)] = true;
-    for (std::size_t i = 0; i < A.places.size(); ++i) {
-      if (A.places[i].first != row && A.places[i].second != row) continue;
-      A.blocks[i] = Noise();
-      changed[static_cast<std::size_t>(A.places[i].first)] = true;
-      changed[static_cast<std::size_t>(A.places[i].second)] = true;
-    }
+    for (std::size_t i = 0; i < A.places.size(); ++i)
+      if (A.places[i].first == row || A.places[i].second == row) A.blocks[i] = Noise();
   }
 
   MatrixXd Dense() const {
@@ -63,8 +58,6 @@ class RandomMatrix {
     }
     return dense;
   }
-
-  std::vector<bool> Nothing() const { return std::vector<bool>(A.diagonal.size(), false); }
 
  private:
   using Block = typename BlockMatrix<kSize>::Block;
@@ -101,7 +94,7 @@ void ExpectRightAnswers() {
   for (int i = 0; i < 40; ++i) matrix.AddRow();
   for (int round = 0; round < 3; ++round) {
     BlockCholesky<kSize> dut;
-    ASSERT_TRUE(dut.Factor(matrix.A, matrix.Nothing()));
+    ASSERT_TRUE(dut.Factor(matrix.A));
     ExpectFactorOf(matrix, dut);
     matrix.AddBlocks(25);
   }
@@ -119,18 +112,9 @@ TEST(BlockCholeskyTest, FollowsAMatrixThatGrowsAndChanges) {
   BlockCholesky<6> dut;
   for (int i = 0; i < 60; ++i) {
     matrix.AddRow();
-    auto changed = matrix.Nothing();
-    if (i > 0) changed[static_cast<std::size_t>(i - 1)] = true;
-    if (i % 4 == 0) matrix.Change(random.Index(matrix.A.size()), changed);
-    if (i % 3 == 0) {
-      const std::size_t before = matrix.A.places.size();
-      matrix.AddBlocks(3, 10);
-      for (std::size_t place = before; place < matrix.A.places.size(); ++place) {
-        changed[static_cast<std::size_t>(matrix.A.places[place].first)] = true;
-        changed[static_cast<std::size_t>(matrix.A.places[place].second)] = true;
-      }
-    }
-    ASSERT_TRUE(dut.Factor(matrix.A, changed));
+    if (i % 4 == 0) matrix.Change(random.Index(matrix.A.size()));
+    if (i % 3 == 0) matrix.AddBlocks(3, 10);
+    ASSERT_TRUE(dut.Factor(matrix.A));
     ExpectFactorOf(matrix, dut);
   }
 }
@@ -140,13 +124,13 @@ TEST(BlockCholeskyTest, PartsWithoutABlockBetweenThem) {
   for (int i = 0; i < 4; ++i) matrix.A.diagonal.push_back(9 * Eigen::Matrix3d::Identity());
   matrix.AddBlock(0, 3);
   BlockCholesky<3> dut;
-  ASSERT_TRUE(dut.Factor(matrix.A, matrix.Nothing()));
+  ASSERT_TRUE(dut.Factor(matrix.A));
   ExpectFactorOf(matrix, dut);
 }
 
 TEST(BlockCholeskyTest, NothingToFactor) {
   BlockCholesky<6> dut;
-  EXPECT_TRUE(dut.Factor({}, {}));
+  EXPECT_TRUE(dut.Factor({}));
   EXPECT_EQ(dut.Solve(MatrixXd(0, 1)).rows(), 0);
   EXPECT_TRUE(dut.InverseDiagonal().empty());
 }
@@ -157,11 +141,9 @@ TEST(BlockCholeskyTest, TellsWhatIsNotPositiveDefiniteAndRecovers) {
   const auto good = matrix.A;
   BlockCholesky<1> dut;
   matrix.A.diagonal[2](0, 0) = -1;
-  EXPECT_FALSE(dut.Factor(matrix.A, matrix.Nothing()));
+  EXPECT_FALSE(dut.Factor(matrix.A));
   matrix.A = good;
-  auto changed = matrix.Nothing();
-  changed[2] = true;
-  ASSERT_TRUE(dut.Factor(matrix.A, changed));
+  ASSERT_TRUE(dut.Factor(matrix.A));
   ExpectFactorOf(matrix, dut);
 }
 
@@ -172,7 +154,7 @@ TEST(BlockCholeskyTest, SmallestPivotTellsHowNearToSingular) {
     A.diagonal.assign(2, BlockMatrix<1>::Block(100));
     A.blocks = {BlockMatrix<1>::Block(off)};
     BlockCholesky<1> dut;
-    EXPECT_TRUE(dut.Factor(A, {false, false}));
+    EXPECT_TRUE(dut.Factor(A));
     return dut.SmallestPivot();
   };
   EXPECT_DOUBLE_EQ(pivot(0), 1);

@@ -55,8 +55,7 @@ class LinearGraph {
   std::optional<Eigen::MatrixXd> Solve() const {
     constexpr double kSingularPivot = 1e-13;
     BlockCholesky<kSize> factor;
-    const std::vector<bool> changed(is_known_.size(), true);
-    if (!factor.Factor(H_, changed) || factor.SmallestPivot() < kSingularPivot) return std::nullopt;
+    if (!factor.Factor(H_) || factor.SmallestPivot() < kSingularPivot) return std::nullopt;
     return factor.Solve(right_);
   }
 

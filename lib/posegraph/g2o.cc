@@ -279,10 +279,11 @@ Whitening ChordalWhiteningOf(const Mat6& information, bool is_planar) {
 
 }  // namespace
 
-G2oGraph ToG2oGraph(const PoseGraph& graph) {
-  G2oGraph g2o{graph.nodes(), {}, {}, false};
+G2oGraph ToG2oGraph(const std::map<NodeId, Pose3>& X_W,
+                    const std::map<int, Constraint>& constraints) {
+  G2oGraph g2o{X_W, {}, {}, false};
   if (!g2o.vertices.empty()) g2o.fixed.insert(g2o.vertices.begin()->first);
-  for (const auto& [number, constraint] : graph.constraints())
+  for (const auto& [number, constraint] : constraints)
     g2o.edges.push_back(
         {constraint.from, constraint.to, constraint.X_ik, constraint.Information()});
   return g2o;

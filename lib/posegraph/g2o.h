@@ -41,8 +41,9 @@ enum class Objective {
               ///< can be certified [Rosen et al. 2019]; the file's information becomes two numbers.
 };
 
-/// The nodes and constraints of a pose graph; its first node is fixed.
-G2oGraph ToG2oGraph(const PoseGraph& graph);
+/// Poses X_W and the constraints between them; the first one is fixed.
+G2oGraph ToG2oGraph(const std::map<NodeId, Pose3>& X_W,
+                    const std::map<int, Constraint>& constraints);
 
 /// The pose graph of a file. Edges between vertices whose numbers differ by one are odometry, all
 /// others closures. Edges without any information are left out. Fixed are the vertices that the

@@ -86,7 +86,7 @@ TEST(G2oTest, TellsAPoseGraphWithTheInformationOfItsConstraints) {
   graph.AddConstraint({0, 1, ConstraintKind::kOdometry, MakePose({1, 2, 3}),
                        WhiteningOf(sigma.cwiseAbs2().asDiagonal())});
   graph.RemoveConstraint(dropped);
-  const G2oGraph g2o = ToG2oGraph(graph);
+  const G2oGraph g2o = ToG2oGraph(graph.nodes(), graph.constraints());
   EXPECT_EQ(g2o.vertices.size(), 2u);
   ASSERT_EQ(g2o.edges.size(), 1u);
   EXPECT_TRUE(g2o.edges[0].X_ik.isApprox(MakePose({1, 2, 3})));

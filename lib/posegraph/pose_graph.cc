@@ -303,8 +303,7 @@ std::vector<Mat6> PoseGraph::RelativeCovariances(
   problem->problem().Evaluate(order, nullptr, nullptr, nullptr, &crs);
   const SparseMatrix J = ToEigen(crs);
   BlockCholesky<kTangentSize> factor;
-  if (!factor.Factor(BlocksOf(J.transpose() * J), std::vector<bool>(index.size(), true)) ||
-      factor.SmallestPivot() < kSingularPivot)
+  if (!factor.Factor(BlocksOf(J.transpose() * J)) || factor.SmallestPivot() < kSingularPivot)
     return {};
 
   const std::vector<Mat6> diagonal = factor.InverseDiagonal();

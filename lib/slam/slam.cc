@@ -99,14 +99,10 @@ Constraint Slam::BetweenBases(Constraint constraint) const {
 }
 
 G2oGraph Slam::ToG2o() const {
-  G2oGraph g2o;
-  g2o.vertices = X_WM_;
-  if (!X_WM_.empty()) g2o.fixed = {X_WM_.begin()->first};
-  for (const auto& [number, constraint] : graph_.constraints()) {
-    const Constraint between = BetweenBases(constraint);
-    g2o.edges.push_back({between.from, between.to, between.X_ik, between.Information()});
-  }
-  return g2o;
+  std::map<int, Constraint> between_bases;
+  for (const auto& [number, constraint] : graph_.constraints())
+    between_bases.emplace(number, BetweenBases(constraint));
+  return ToG2oGraph(X_WM_, between_bases);
 }
 
 void Slam::CloseLoops(const SubmapShape& source) {
@@ -127,14 +123,10 @@ void Slam::CloseLoops(const SubmapShape& source) {
     registrations[c] = Register(settings_.registration, shapes_.at(candidates[c].id)->cloud,
                                 source.cloud, predicted_X_ik(candidates[c]));
   });
-  std::vector<LoopClosure> loops;
   for (std::size_t c = 0; c < candidates.size(); ++c) {
     if (hook_) hook_(candidates[c].id, source.id, registrations[c]);
-    loops.push_back(Judge(settings_.loop_closure, registrations[c], *shapes_.at(candidates[c].id),
-                          source, predicted_X_ik(candidates[c]), covariances[c]));
-  }
-  for (LoopClosure& loop : loops) {
-    Closure closure{std::move(loop)};
+    Closure closure{Judge(settings_.loop_closure, registrations[c], *shapes_.at(candidates[c].id),
+                          source, predicted_X_ik(candidates[c]), covariances[c])};
     if (closure.loop.accepted) closure.constraint = graph_.AddConstraint(closure.loop.constraint);
     closures_.push_back(std::move(closure));
   }

@@ -67,7 +67,6 @@ class Slam {
   std::int64_t version() const { return version_; }
   /// Its nodes are the submaps' frames C.
   const PoseGraph& graph() const { return graph_; }
-  const SubmapAnchor& anchor(SubmapId id) const { return anchors_.at(id); }
   /// Where the submaps are: X_WC * X_MC^-1.
   const std::map<SubmapId, Pose3>& X_WM() const { return X_WM_; }
   /// A constraint between nodes as one between the submaps' bases; the chi-square is the same.

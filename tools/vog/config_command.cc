@@ -3,7 +3,6 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "lib/base/config_tables.h"
 #include "lib/bus/lcm_bus.h"
 #include "procs/controller/controller_node.h"
 #include "procs/map_service/map_service_node.h"
@@ -16,6 +15,7 @@
 #include "tools/mission/evaluate.h"
 #include "tools/mission/lock_step.h"
 #include "tools/vog/commands.h"
+#include "tools/vog/config_arguments.h"
 
 namespace vog {
 namespace {
@@ -102,16 +102,12 @@ void PrintJson(const std::vector<Table>& tables) {
 }
 
 struct Arguments {
-  std::string file;
-  std::vector<std::string> settings;
+  ConfigArguments config;
   bool json = false;
 };
 
 void Run(const Arguments& arguments) {
-  Config config = arguments.file.empty() ? Config() : Config::Load(arguments.file);
-  for (const std::string& setting : arguments.settings) config.Set(setting);
-  config.RejectUnknownTables(kConfigTables);
-  const std::vector<Table> tables = DescribeTables(config);
+  const std::vector<Table> tables = DescribeTables(arguments.config.Load());
   if (arguments.json) {
     PrintJson(tables);
   } else {
@@ -127,8 +123,9 @@ void AddConfigCommand(CLI::App& app) {
       "Every setting there is: its value, what is allowed, what it is for. The output is itself a "
       "mission file.");
   const auto arguments = std::make_shared<Arguments>();
-  command->add_option("file", arguments->file, "mission file whose values to show; else defaults");
-  command->add_option("--set", arguments->settings, "table.key=value, on top of the file");
+  command->add_option("file", arguments->config.file,
+                      "mission file whose values to show; else defaults");
+  command->add_option("--set", arguments->config.settings, "table.key=value, on top of the file");
   command->add_flag("--json", arguments->json, "print JSON");
   command->callback([arguments] { Run(*arguments); });
 }

@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "lib/base/config_tables.h"
 #include "lib/base/log.h"
 #include "lib/baselines/make_submap_map.h"
 #include "lib/bus/process.h"
@@ -18,6 +17,7 @@
 #include "tools/map/map_merge.h"
 #include "tools/mission/replay.h"
 #include "tools/vog/commands.h"
+#include "tools/vog/config_arguments.h"
 
 namespace vog {
 namespace {
@@ -175,15 +175,12 @@ void AddPack(CLI::App& map) {
 // --- serve ---
 
 struct ServeArguments {
-  std::string map, config;
-  std::vector<std::string> settings;
+  std::string map;
+  ConfigArguments config;
 };
 
 void Serve(const ServeArguments& arguments) {
-  Config config = arguments.config.empty() ? Config() : Config::Load(arguments.config);
-  for (const std::string& setting : arguments.settings) config.Set(setting);
-  config.RejectUnknownTables(kConfigTables);
-  const auto options = config.Read<BusOptions>("bus");
+  const auto options = arguments.config.Load().Read<BusOptions>("bus");
   const std::atomic<bool>& stop = StopSignal();
   LcmBus bus(options);
   MapServerNode node(bus, ToVogMap(Load(arguments.map)), options.run_id);
@@ -199,8 +196,8 @@ void AddServe(CLI::App& map) {
       "it is, until Ctrl-C.");
   const auto arguments = std::make_shared<ServeArguments>();
   command->add_option("map", arguments->map, "map folder")->required();
-  command->add_option("--config", arguments->config, "mission file whose table [bus] to use");
-  command->add_option("--set", arguments->settings, "bus.key=value, on top of the file");
+  command->add_option("--config", arguments->config.file, "mission file whose table [bus] to use");
+  command->add_option("--set", arguments->config.settings, "bus.key=value, on top of the file");
   command->callback([arguments] { Serve(*arguments); });
 }
 

@@ -2,9 +2,7 @@
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <optional>
 
-#include "lib/base/config.h"
 #include "lib/base/log.h"
 #include "lib/geometry/cloud_file.h"
 #include "lib/registration/icp.h"
@@ -12,28 +10,17 @@
 #include "tools/mission/progress_bar.h"
 #include "tools/slam/rerun.h"
 #include "tools/vog/commands.h"
+#include "tools/vog/config_arguments.h"
 
 namespace vog {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// --config and --set.
-struct ConfigArguments {
-  std::string file;
-  std::vector<std::string> assignments;
-
-  Config Load() const {
-    Config config = file.empty() ? Config() : Config::Load(file);
-    for (const std::string& assignment : assignments) config.Set(assignment);
-    return config;
-  }
-};
-
 void AddConfigOptions(CLI::App& command, ConfigArguments& arguments) {
   command.add_option("--config", arguments.file,
                      "mission file; without, all settings are defaults");
-  command.add_option("--set", arguments.assignments, "table.key=value, any number of times");
+  command.add_option("--set", arguments.settings, "table.key=value, any number of times");
 }
 
 // --- register ---

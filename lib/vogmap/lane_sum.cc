@@ -1,5 +1,6 @@
 #include "lib/vogmap/lane_sum.h"
 
+#include <algorithm>
 #include <atomic>
 #include <bit>
 #include <cmath>
@@ -101,15 +102,16 @@ void AddLane(std::size_t lane, const CandidateLanes& group, const VoxelGrid& gri
   if (units != kUnknownUnits) sum.Add(units, group.sign[lane]);
 }
 
-VoxelSum SumNarrow(const std::vector<CandidateLanes>& candidates, const VoxelGrid& grid,
-                   const VoxelKey& voxel, const VoxelKey& offset) {
-  const float along[3] = {static_cast<float>(offset.x), static_cast<float>(offset.y),
-                          static_cast<float>(offset.z)};
-  VoxelSum sum;
+void SumNarrow(const std::vector<CandidateLanes>& candidates, const VoxelGrid& grid,
+               const VoxelKey& block, std::span<const int> voxels, std::span<VoxelSum> sums) {
   for (const CandidateLanes& group : candidates)
-    for (std::size_t lane = 0; lane < kLanes && group.placed[lane] != nullptr; ++lane)
-      AddLane(lane, group, grid, voxel, along, sum);
-  return sum;
+    for (std::size_t i = 0; i < voxels.size(); ++i) {
+      const VoxelKey offset = OffsetInBlock(voxels[i]);
+      const float along[3] = {static_cast<float>(offset.x), static_cast<float>(offset.y),
+                              static_cast<float>(offset.z)};
+      for (std::size_t lane = 0; lane < kLanes && group.placed[lane] != nullptr; ++lane)
+        AddLane(lane, group, grid, VoxelAt(block, offset), along, sums[i]);
+    }
 }
 
 // --- Eight lanes at a time ---
@@ -228,31 +230,70 @@ VOG_WIDE inline __m256i IndexInBrick(const WideAxis& x, const WideAxis& y, const
   return _mm256_or_si256(_mm256_or_si256(zs, ys), _mm256_and_si256(x.voxel, mask));
 }
 
-VOG_WIDE VoxelSum SumWide(const std::vector<CandidateLanes>& candidates, const VoxelGrid& grid,
-                          const VoxelKey& voxel, const VoxelKey& offset) {
+/// Where the values of a voxel are: the lanes `in` which there is one.
+struct WidePlace {
+  __m256i place, in;
+};
+
+/// The sums of a voxel, a part in each lane.
+struct WideSum {
+  __m256i units, observers;
+};
+
+VOG_WIDE inline WidePlace PlaceOf(const CandidateLanes& group, const VoxelGrid& grid,
+                                  const VoxelKey& block, int voxel, VoxelSum& exact) {
+  const VoxelKey offset = OffsetInBlock(voxel);
   const __m256 dx = _mm256_set1_ps(static_cast<float>(offset.x)),
                dy = _mm256_set1_ps(static_cast<float>(offset.y)),
                dz = _mm256_set1_ps(static_cast<float>(offset.z));
-  __m256i units = _mm256_setzero_si256(), observers = _mm256_setzero_si256();
-  VoxelSum exact;
-  for (const CandidateLanes& group : candidates) {
-    const WideAxis x = PlaceAlong(0, group, dx, dy, dz), y = PlaceAlong(1, group, dx, dy, dz),
-                   z = PlaceAlong(2, group, dx, dy, dz);
-    const __m256 unsure = _mm256_or_ps(_mm256_or_ps(x.is_unsure, y.is_unsure), z.is_unsure);
-    const auto unsure_lanes = static_cast<unsigned>(_mm256_movemask_ps(unsure));
-    if (unsure_lanes != 0) AddExactly(group, unsure_lanes, grid, voxel, exact);
-    const __m256i sure = _mm256_xor_si256(_mm256_castps_si256(unsure), _mm256_set1_epi32(-1));
-    const WideBricks bricks = BricksAt(group, x, y, z, sure);
-    if (MaskOf(bricks.in) == 0) continue;
-    const __m256i first = _mm256_slli_epi32(bricks.number, 3 * BrickGrid::kBrickBits);
-    const __m256i values = Values(group, _mm256_or_si256(first, IndexInBrick(x, y, z)), bricks.in);
-    const __m256i known = _mm256_andnot_si256(
-        _mm256_cmpeq_epi32(values, _mm256_set1_epi32(kUnknownUnits)), bricks.in);
-    const __m256i sign = _mm256_and_si256(Load(group.sign), known);
-    units = _mm256_add_epi32(units, _mm256_sign_epi32(values, sign));
-    observers = _mm256_add_epi32(observers, sign);
+  const WideAxis x = PlaceAlong(0, group, dx, dy, dz), y = PlaceAlong(1, group, dx, dy, dz),
+                 z = PlaceAlong(2, group, dx, dy, dz);
+  const __m256 unsure = _mm256_or_ps(_mm256_or_ps(x.is_unsure, y.is_unsure), z.is_unsure);
+  const auto unsure_lanes = static_cast<unsigned>(_mm256_movemask_ps(unsure));
+  if (unsure_lanes != 0) AddExactly(group, unsure_lanes, grid, VoxelAt(block, offset), exact);
+  const __m256i sure = _mm256_xor_si256(_mm256_castps_si256(unsure), _mm256_set1_epi32(-1));
+  const WideBricks bricks = BricksAt(group, x, y, z, sure);
+  const __m256i first = _mm256_slli_epi32(bricks.number, 3 * BrickGrid::kBrickBits);
+  return {_mm256_or_si256(first, IndexInBrick(x, y, z)), bricks.in};
+}
+
+/// Asks for the values early: most are far from the processor where there are many submaps.
+VOG_WIDE inline void Prefetch(const CandidateLanes& group, const WidePlace& at) {
+  alignas(32) std::array<std::int32_t, kLanes> place;
+  _mm256_store_si256(reinterpret_cast<__m256i*>(place.data()), at.place);
+  for (auto left = static_cast<unsigned>(MaskOf(at.in)); left != 0; left &= left - 1) {
+    const auto lane = static_cast<std::size_t>(std::countr_zero(left));
+    _mm_prefetch(reinterpret_cast<const char*>(group.values[lane]) + place[lane], _MM_HINT_T0);
   }
-  return {exact.units + SumOf(units), exact.observers + SumOf(observers)};
+}
+
+VOG_WIDE inline void AddValues(const CandidateLanes& group, const WidePlace& at, WideSum& sum) {
+  if (MaskOf(at.in) == 0) return;
+  const __m256i values = Values(group, at.place, at.in);
+  const __m256i known =
+      _mm256_andnot_si256(_mm256_cmpeq_epi32(values, _mm256_set1_epi32(kUnknownUnits)), at.in);
+  const __m256i sign = _mm256_and_si256(Load(group.sign), known);
+  sum.units = _mm256_add_epi32(sum.units, _mm256_sign_epi32(values, sign));
+  sum.observers = _mm256_add_epi32(sum.observers, sign);
+}
+
+VOG_WIDE void SumWide(const std::vector<CandidateLanes>& candidates, const VoxelGrid& grid,
+                      const VoxelKey& block, std::span<const int> voxels,
+                      std::span<VoxelSum> sums) {
+  std::array<WidePlace, kBlockVoxels> places;
+  std::array<WideSum, kBlockVoxels> wide;
+  std::fill_n(wide.begin(), voxels.size(), WideSum{_mm256_setzero_si256(), _mm256_setzero_si256()});
+  for (const CandidateLanes& group : candidates) {
+    for (std::size_t i = 0; i < voxels.size(); ++i) {
+      places[i] = PlaceOf(group, grid, block, voxels[i], sums[i]);
+      Prefetch(group, places[i]);
+    }
+    for (std::size_t i = 0; i < voxels.size(); ++i) AddValues(group, places[i], wide[i]);
+  }
+  for (std::size_t i = 0; i < voxels.size(); ++i) {
+    sums[i].units += SumOf(wide[i].units);
+    sums[i].observers += SumOf(wide[i].observers);
+  }
 }
 
 bool HasWide() {
@@ -354,14 +395,16 @@ std::vector<CandidateLanes> CandidatesOf(const std::vector<SubmapLanes>& submaps
   return candidates;
 }
 
-VoxelSum SumCandidates(const std::vector<CandidateLanes>& candidates, const VoxelGrid& grid,
-                       const VoxelKey& block, const VoxelKey& offset) {
-  const VoxelKey voxel = VoxelAt(block, offset);
+void SumCandidates(const std::vector<CandidateLanes>& candidates, const VoxelGrid& grid,
+                   const VoxelKey& block, std::span<const int> voxels, std::span<VoxelSum> sums) {
+  std::fill(sums.begin(), sums.end(), VoxelSum{});
 #if defined(__x86_64__)
-  if (HasWide() && wide_allowed.load(std::memory_order_relaxed))
-    return SumWide(candidates, grid, voxel, offset);
+  if (HasWide() && wide_allowed.load(std::memory_order_relaxed)) {
+    SumWide(candidates, grid, block, voxels, sums);
+    return;
+  }
 #endif
-  return SumNarrow(candidates, grid, voxel, offset);
+  SumNarrow(candidates, grid, block, voxels, sums);
 }
 
 }  // namespace vog

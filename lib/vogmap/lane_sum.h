@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "lib/vogmap/submap_map.h"
@@ -22,6 +23,7 @@ struct VoxelSum {
 inline constexpr int kLanes = 8;
 inline constexpr int kBlockBits = 3;
 inline constexpr std::int32_t kBlockSide = 1 << kBlockBits;  ///< Voxels of W along a block.
+inline constexpr int kBlockVoxels = kBlockSide * kBlockSide * kBlockSide;
 
 /// Eight submaps side by side: enough of them to tell which may know a voxel of a block.
 class SubmapLanes {
@@ -72,14 +74,22 @@ struct CandidateLanes {
 std::vector<CandidateLanes> CandidatesOf(const std::vector<SubmapLanes>& submaps,
                                          const VoxelGrid& grid, const VoxelKey& block);
 
-/// Sums the submaps' log-odds at the centre of voxel `offset` (0..7 along each axis) of `block`,
-/// and their number; those with sign -1 are taken away.
+/// Where voxel `index` of a block is in it (0..7 along each axis): x counts first, then y, then z.
+constexpr VoxelKey OffsetInBlock(int index) {
+  constexpr int kMask = kBlockSide - 1;
+  return {index & kMask, index >> kBlockBits & kMask, index >> (2 * kBlockBits)};
+}
+
+/// Sums the submaps' log-odds at the centres of some voxels of `block`, and their numbers; those
+/// with sign -1 are taken away. `voxels`: indices as OffsetInBlock()'s, each once; `sums` gets as
+/// many. Each submap is read once for all voxels: many at once cost far less than one by one where
+/// the submaps are more than the processor's caches hold.
 ///
-/// The answer is that of the plain double arithmetic of VoxelGrid::KeyOf(X_MW * center_W), bit for
-/// bit: places are computed in float, and those that come too near to a voxel's border for float to
-/// tell are computed again in double. So forms with and without wide instructions agree.
-VoxelSum SumCandidates(const std::vector<CandidateLanes>& candidates, const VoxelGrid& grid,
-                       const VoxelKey& block, const VoxelKey& offset);
+/// The answers are those of the plain double arithmetic of VoxelGrid::KeyOf(X_MW * center_W), bit
+/// for bit: places are computed in float, and those that come too near to a voxel's border for
+/// float to tell are computed again in double. So forms with and without wide instructions agree.
+void SumCandidates(const std::vector<CandidateLanes>& candidates, const VoxelGrid& grid,
+                   const VoxelKey& block, std::span<const int> voxels, std::span<VoxelSum> sums);
 
 /// Whether SumCandidates() may use wide instructions (AVX2, FMA) where the machine has them: the
 /// default. Tests and benchmarks turn them off.

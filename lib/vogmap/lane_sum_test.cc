@@ -4,6 +4,7 @@
 
 #include <deque>
 #include <numbers>
+#include <numeric>
 
 #include "lib/submap/submaps_testing.h"
 
@@ -41,23 +42,35 @@ class LaneSumTest : public testing::Test {
     return sum;
   }
 
-  /// All voxels of `block`, with and without wide instructions; returns the sum of observers.
+  /// All voxels of `block`, together and one by one, with and without wide instructions; returns
+  /// the sum of observers.
   int ExpectLiteral(const VoxelKey& block) {
     const auto candidates = CandidatesOf(lanes_, grid_, block);
+    std::vector<int> voxels(kBlockVoxels);
+    std::iota(voxels.begin(), voxels.end(), 0);
+    std::vector<VoxelSum> sums(kBlockVoxels);
+    for (const bool wide : {true, false}) {
+      AllowWideInstructions(wide);
+      SumCandidates(candidates, grid_, block, voxels, sums);
+      ExpectLiteral(block, voxels, sums);
+      for (int i = 0; i < kBlockVoxels; ++i)
+        SumCandidates(candidates, grid_, block, {&i, 1}, {&sums[i], 1});
+      ExpectLiteral(block, voxels, sums);
+    }
     int observers = 0;
-    for (int i = 0; i < kBlockSide * kBlockSide * kBlockSide; ++i) {
-      const VoxelKey offset{i % 8, i / 8 % 8, i / 64};
+    for (const VoxelSum& sum : sums) observers += sum.observers;
+    return observers;
+  }
+
+  void ExpectLiteral(const VoxelKey& block, std::span<const int> voxels,
+                     std::span<const VoxelSum> sums) const {
+    for (std::size_t i = 0; i < voxels.size(); ++i) {
+      const VoxelKey offset = OffsetInBlock(voxels[i]);
       const VoxelKey voxel{8 * block.x + offset.x, 8 * block.y + offset.y, 8 * block.z + offset.z};
       const VoxelSum expected = Literal(voxel);
-      for (const bool wide : {true, false}) {
-        AllowWideInstructions(wide);
-        const VoxelSum sum = SumCandidates(candidates, grid_, block, offset);
-        EXPECT_EQ(sum.units, expected.units) << voxel.x << " " << voxel.y << " " << voxel.z;
-        EXPECT_EQ(sum.observers, expected.observers);
-      }
-      observers += expected.observers;
+      EXPECT_EQ(sums[i].units, expected.units) << voxel.x << " " << voxel.y << " " << voxel.z;
+      EXPECT_EQ(sums[i].observers, expected.observers);
     }
-    return observers;
   }
 
   int ExpectLiteralAround(int blocks) {

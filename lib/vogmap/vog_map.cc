@@ -15,7 +15,6 @@ namespace vog {
 namespace {
 
 constexpr int kSlice = kBlockSide * kBlockSide;  // Voxels of a block at one z.
-constexpr int kBlockVoxels = kSlice * kBlockSide;
 
 /// In place of an answer: nobody has asked yet.
 constexpr LogOddsUnits kNotAnswered = 127;
@@ -43,13 +42,8 @@ int IndexInBlock(ViewWalk::PackedKey voxel) {
                           (voxel >> (2 * kShift) & kRow << (2 * kBlockBits)));
 }
 
-VoxelKey OffsetOf(int index) {
-  constexpr int kMask = kBlockSide - 1;
-  return {index & kMask, index >> kBlockBits & kMask, index >> (2 * kBlockBits)};
-}
-
 VoxelKey VoxelOf(const VoxelKey& block, int index) {
-  const VoxelKey offset = OffsetOf(index);
+  const VoxelKey offset = OffsetInBlock(index);
   return {block.x * kBlockSide + offset.x, block.y * kBlockSide + offset.y,
           block.z * kBlockSide + offset.z};
 }
@@ -113,6 +107,7 @@ class VogMap::Cache {
   struct Sums {
     std::int64_t change = -1;  // They are those after this many changes of closed submaps.
     BlockBits is_summed;
+    BlockBits expected;  // Had answers when the sums were forgotten.
     std::array<VoxelSum, kBlockVoxels> sum;
     std::vector<CandidateLanes> candidates;  // Once has_candidates.
     bool has_candidates = false;
@@ -249,6 +244,7 @@ class VogMap::Cache {
     const bool keeps_sums = block.sums->change == changes_ || Update(block);
     if (!keeps_sums) {
       block.sums->is_summed.Reset();
+      block.sums->expected = block.is_answered;
       ForgetCandidates(block);
       block.sums->change = changes_;
     }
@@ -302,14 +298,39 @@ class VogMap::Cache {
   void ExchangeParts(const std::vector<CandidateLanes>& parts, Block& block) {
     if (parts.empty()) return;
     ForgetCandidates(block);
-    block.sums->is_summed.ForEach([&](int index) {
-      const VoxelSum change = SumCandidates(parts, grid_, block.key, OffsetOf(index));
-      if (change.units == 0 && change.observers == 0) return;
-      VoxelSum& sum = block.sums->sum[static_cast<std::size_t>(index)];
+    voxels_.clear();
+    block.sums->is_summed.ForEach([this](int index) { voxels_.push_back(index); });
+    Sum(parts, block.key);
+    for (std::size_t i = 0; i < voxels_.size(); ++i) {
+      const VoxelSum& change = sums_[i];
+      if (change.units == 0 && change.observers == 0) continue;
+      VoxelSum& sum = block.sums->sum[static_cast<std::size_t>(voxels_[i])];
       sum.units += change.units;
       sum.observers += change.observers;
-      if (!block.holds_open) Answer(block, index);
+      if (!block.holds_open) Answer(block, voxels_[i]);
+    }
+  }
+
+  /// `sums_` get those of `voxels_`.
+  void Sum(const std::vector<CandidateLanes>& candidates, const VoxelKey& block) {
+    sums_.resize(voxels_.size());
+    SumCandidates(candidates, grid_, block, voxels_, sums_);
+  }
+
+  /// Sums a voxel, and with it those that were asked when the block was last up to date: whoever
+  /// comes back after a loop closure asks much the same, and one sum costs little beside another.
+  void SumWithExpected(Block& block, int index) {
+    Sums& sums = *block.sums;
+    voxels_.assign(1, index);
+    sums.expected.ForEach([&](int other) {
+      if (other != index && !sums.is_summed.Get(other)) voxels_.push_back(other);
     });
+    sums.expected.Reset();
+    Sum(CandidatesFor(block), block.key);
+    for (std::size_t i = 0; i < voxels_.size(); ++i) {
+      sums.sum[static_cast<std::size_t>(voxels_[i])] = sums_[i];
+      sums.is_summed.Set(voxels_[i], true);
+    }
   }
 
   const std::vector<CandidateLanes>& CandidatesFor(Block& block) {
@@ -345,11 +366,8 @@ class VogMap::Cache {
   }
 
   [[gnu::noinline]] LogOddsUnits Answer(Block& block, int index) {
-    VoxelSum& sum = block.sums->sum[static_cast<std::size_t>(index)];
-    if (!block.sums->is_summed.Get(index)) {
-      sum = SumCandidates(CandidatesFor(block), grid_, block.key, OffsetOf(index));
-      block.sums->is_summed.Set(index, true);
-    }
+    if (!block.sums->is_summed.Get(index)) SumWithExpected(block, index);
+    const VoxelSum& sum = block.sums->sum[static_cast<std::size_t>(index)];
     const LogOddsUnits units =
         block.holds_open ? WithOpen(sum, VoxelOf(block.key, index)) : Clamped(sum);
     block.answer[static_cast<std::size_t>(index)] = units;
@@ -385,6 +403,9 @@ class VogMap::Cache {
   const BrickGrid* open_ = nullptr;
   Pose3 X_open_W_ = Pose3::Identity();
   Eigen::AlignedBox3d open_bounds_M_;
+
+  std::vector<int> voxels_;  // Of a block, at work, and their sums.
+  std::vector<VoxelSum> sums_;
 
   BlockTable<Block> blocks_;
   std::size_t held_groups_ = 0;  // Of candidates, in all blocks.

@@ -26,7 +26,17 @@ std::vector<Vec3> Transformed(const Pose3& X, std::vector<Vec3> points) {
 /// Covariance that the drift inside both submaps adds to X_ik, right perturbation.
 Mat6 ContentDrift(const SubmapShape& target, const SubmapShape& source, const Pose3& X_ik) {
   const Mat3 Ad_ki = PlanarAdjointOf(X_ik.inverse());
-  return PlanarTo6(Ad_ki * target.content_drift * Ad_ki.transpose() + source.content_drift);
+  return PlanarTo6(Ad_ki * target.anchor.content_drift * Ad_ki.transpose() +
+                   source.anchor.content_drift);
+}
+
+bool HasOccupiedNear(const BrickGrid& grid, const VoxelKey& key, LogOddsUnits occupied_from) {
+  constexpr std::int32_t kNear = 2;
+  for (std::int32_t z = key.z - kNear; z <= key.z + kNear; ++z)
+    for (std::int32_t y = key.y - kNear; y <= key.y + kNear; ++y)
+      for (std::int32_t x = key.x - kNear; x <= key.x + kNear; ++x)
+        if (grid.Get({x, y, z}) >= occupied_from) return true;
+  return false;
 }
 
 LoopClosure Reject(LoopClosure closure, std::string reason) {
@@ -36,10 +46,13 @@ LoopClosure Reject(LoopClosure closure, std::string reason) {
 
 }  // namespace
 
-SubmapShape::SubmapShape(SubmapPtr submap, const SubmapAnchor& anchor, LogOddsUnits occupied_from,
-                         const LoopClosureOptions& options, const IcpOptions& icp)
-    : id(submap->id()),
-      content_drift(anchor.content_drift),
+SubmapShape::SubmapShape(const SubmapPtr& submap, const SubmapAnchor& anchor,
+                         LogOddsUnits occupied_from, const LoopClosureOptions& options,
+                         const IcpOptions& icp)
+    : submap(submap),
+      id(submap->id()),
+      anchor(anchor),
+      occupied_from(occupied_from),
       cloud(Transformed(anchor.X_MC.inverse(),
                         OccupiedPoints(submap->grid, occupied_from, options.min_neighbours)),
             icp.normal_radius_m, Vec3::Zero()),
@@ -72,7 +85,34 @@ std::vector<LoopCandidate> FindCandidates(const LoopClosureOptions& options,
   return candidates;
 }
 
-LoopClosure Judge(const LoopClosureOptions& options, const IcpResult& result,
+double ShareInFreeWater(const SubmapShape& target, const SubmapShape& source, const Pose3& X_ik) {
+  constexpr std::size_t kMaxPoints = 800;
+  const std::size_t used = std::min(kMaxPoints, source.cloud.size());
+  const BrickGrid& grid = target.submap->grid;
+  const Pose3 X_Mk = target.anchor.X_MC * X_ik;
+  int known = 0, in_water = 0;
+  for (std::size_t u = 0; u < used; ++u) {
+    const Vec3& p_k = source.cloud.points()[u * source.cloud.size() / used];
+    const VoxelKey key = grid.grid().KeyOf(X_Mk * p_k);
+    if (grid.Get(key) == kUnknownUnits) continue;
+    ++known;
+    in_water += !HasOccupiedNear(grid, key, target.occupied_from);
+  }
+  return known == 0 ? 0 : static_cast<double>(in_water) / known;
+}
+
+bool AgreesTheOtherWay(const IcpOptions& icp, const IcpResult& registration,
+                       const SubmapShape& target, const SubmapShape& source) {
+  const IcpResult back = Register(icp, source.cloud, target.cloud, registration.X_ik.inverse());
+  if (!back.usable) return false;
+  const Vec6 difference = Log(Ominus(registration.X_ik, back.X_ik.inverse()));
+  // Both have about the same covariance.
+  const Whitening whitening = PartialWhiteningOf(registration.basis, 2 * registration.covariance);
+  return (whitening * difference).squaredNorm() <=
+         ChiSquare99(static_cast<int>(registration.basis.cols()));
+}
+
+LoopClosure Judge(const LoopClosureOptions& options, const IcpOptions& icp, const IcpResult& result,
                   const SubmapShape& target, const SubmapShape& source, const Pose3& predicted_X_ik,
                   const Mat6& predicted_covariance) {
   LoopClosure closure;
@@ -98,6 +138,12 @@ LoopClosure Judge(const LoopClosureOptions& options, const IcpResult& result,
   closure.chi_square = (gate * innovation).squaredNorm();
   if (closure.chi_square > ChiSquare99(closure.directions))
     return Reject(closure, "contradicts the graph");
+  const double in_free_water = std::max(ShareInFreeWater(target, source, result.X_ik),
+                                        ShareInFreeWater(source, target, result.X_ik.inverse()));
+  if (in_free_water > options.max_share_in_free_water)
+    return Reject(closure, "points in free water");
+  if (options.both_ways && !AgreesTheOtherWay(icp, result, target, source))
+    return Reject(closure, "not the same the other way round");
   closure.accepted = true;
   return closure;
 }

@@ -21,6 +21,8 @@ struct LoopClosureOptions {
   double min_overlap = 0.4;
   double max_rmse_m = 0.12;
   int min_directions = 2;
+  double max_share_in_free_water = 0.2;
+  bool both_ways = true;
   int min_neighbours = 3;
 
   void Visit(OptionsVisitor& v) {
@@ -35,6 +37,10 @@ struct LoopClosureOptions {
     v("max_rmse_m", max_rmse_m, Between(0.001, 5), "largest residual of a registration");
     v("min_directions", min_directions, Between(1, 6),
       "well-conditioned directions that a closure needs: a single one can be checked by nothing");
+    v("max_share_in_free_water", max_share_in_free_water, Between(0, 1),
+      "share of a submap's points that may lie where the other has seen free water");
+    v("both_ways", both_ways,
+      "register each closure's submaps the other way round too, which must come to the same");
     v("min_neighbours", min_neighbours, Between(0, 26),
       "occupied voxels with fewer occupied neighbours are taken for noise");
   }
@@ -50,11 +56,13 @@ struct SubmapAnchor {
 
 /// A closed submap as the loop closer sees it.
 struct SubmapShape {
-  SubmapShape(SubmapPtr submap, const SubmapAnchor& anchor, LogOddsUnits occupied_from,
+  SubmapShape(const SubmapPtr& submap, const SubmapAnchor& anchor, LogOddsUnits occupied_from,
               const LoopClosureOptions& options, const IcpOptions& icp);
 
+  SubmapPtr submap;
   SubmapId id;
-  Mat3 content_drift;
+  SubmapAnchor anchor;
+  LogOddsUnits occupied_from;
   RegistrationCloud cloud;  ///< Occupied voxels, in C.
   VoxelGrid cells;
   std::unordered_set<VoxelKey> occupied_cells;  ///< With a margin of one cell.
@@ -86,12 +94,26 @@ struct LoopClosure {
   double overlap = 0, rmse_m = 0;
 };
 
-/// Tests a registration of `source` to `target`: enough overlap, small residual, and a relative
-/// pose that does not contradict the graph's prediction `predicted_X_ik` with covariance
-/// `predicted_covariance` (chi-square, 99 %). All poses are between the submaps' frames C. The
-/// constraint's covariance holds the registration's own and the drift inside both submaps.
-LoopClosure Judge(const LoopClosureOptions& options, const IcpResult& registration,
-                  const SubmapShape& target, const SubmapShape& source, const Pose3& predicted_X_ik,
+/// Share of `source`'s points that `target` contradicts, among those in voxels that it knows: they
+/// lie in free water, more than two voxels from anything occupied, which is what rounding in both
+/// grids and noise may feign. 0 when it knows none.
+double ShareInFreeWater(const SubmapShape& target, const SubmapShape& source, const Pose3& X_ik);
+
+/// Whether the registration of `target` to `source` from where `registration` has put them comes
+/// back to it: chi-square of the difference, 99 %, in the directions that were measured. A wrong
+/// minimum of one is seldom one of the other.
+bool AgreesTheOtherWay(const IcpOptions& icp, const IcpResult& registration,
+                       const SubmapShape& target, const SubmapShape& source);
+
+/// Tests a registration of `source` to `target`: enough overlap, small residual, a relative pose
+/// that does not contradict the graph's prediction `predicted_X_ik` with covariance
+/// `predicted_covariance` (chi-square, 99 %), points that do not lie in water which the other
+/// submap has seen free, and the same result the other way round. All poses are between the
+/// submaps' frames C. The constraint's covariance holds the registration's own and the drift inside
+/// both submaps.
+LoopClosure Judge(const LoopClosureOptions& options, const IcpOptions& icp,
+                  const IcpResult& registration, const SubmapShape& target,
+                  const SubmapShape& source, const Pose3& predicted_X_ik,
                   const Mat6& predicted_covariance);
 
 }  // namespace vog

@@ -26,7 +26,7 @@ class LoopClosureTest : public testing::Test {
  protected:
   LoopClosure Close(const Pose3& predicted_X_ik, const Mat6& covariance) const {
     const auto target = ShapeOf(target_), source = ShapeOf(source_);
-    return Judge(options_, Register(kIcp, target.cloud, source.cloud, predicted_X_ik), target,
+    return Judge(options_, kIcp, Register(kIcp, target.cloud, source.cloud, predicted_X_ik), target,
                  source, predicted_X_ik, covariance);
   }
 
@@ -197,17 +197,105 @@ TEST_F(LoopClosureTest, AWallAloneIsAPartialClosure) {
 }
 
 TEST_F(LoopClosureTest, RejectsSmallOverlap) {
-  source_ = SubmapOf(9, {{{2, -4, -1}, {0, 8, 0}, {0, 0, 2}}, {{-4, 2, -1}, {6, 0, 0}, {0, 0, 2}}},
-                     Pose3::Identity());
-  target_ = SubmapOf(3, {{{2, -4, -1}, {0, 8, 0}, {0, 0, 2}}, {{1, 2, -1}, {1, 0, 0}, {0, 0, 2}}},
-                     Pose3::Identity());
+  const std::vector<Rectangle> corner = {{{2, -4, -1}, {0, 8, 0}, {0, 0, 2}},
+                                         {{-4, 2, -1}, {6, 0, 0}, {0, 0, 2}}};
+  const std::vector<Rectangle> cut = {corner[0], {{0, 2, -1}, {2, 0, 0}, {0, 0, 2}}};
+  const Pose3 X_Wi = MakePose({0, 0, 0}, {0, 0, 0.7});
+  const Pose3 X_ik = MakePose({0.1, -0.2, 0}, {0, 0, 0.3});
+  target_ = SubmapOf(3, cut, X_Wi);
+  source_ = SubmapOf(9, corner, X_Wi * X_ik);
   options_.min_overlap = 0.95;
-  const LoopClosure closure = Close(Pose3::Identity(), Diagonal(0.2, 0.05));
+  const LoopClosure closure = Close(X_ik, Diagonal(0.2, 0.05));
   EXPECT_FALSE(closure.accepted);
   EXPECT_EQ(closure.reason, "small overlap");
   EXPECT_LT(closure.overlap, 0.95);
   options_.min_overlap = 0.3;
-  EXPECT_TRUE(Close(Pose3::Identity(), Diagonal(0.2, 0.05)).accepted);
+  EXPECT_EQ(Close(X_ik, Diagonal(0.2, 0.05)).reason, "");
+}
+
+// Two walls a metre apart, of which each submap sees one: registration lays them on each other.
+// Two walls a way apart, of which each submap sees one: registration lays them on each other.
+TEST_F(LoopClosureTest, RejectsPointsInWaterThatTheOtherHasSeenFree) {
+  const Pose3 X_WM = MakePose({0.1, 0, 0}, {0, 0, 0.4});
+  target_ = SubmapOf(3, {{{2, -4, -1}, {0, 8, 0}, {0, 0, 2}}}, X_WM);
+  source_ = SubmapOf(9, {{{1.4, -4, -1}, {0, 8, 0}, {0, 0, 2}}}, X_WM * MakePose({0, 0.1, 0}));
+  options_.both_ways = false;
+  EXPECT_EQ(Close(Pose3::Identity(), Diagonal(0.5, 0.05)).reason, "");
+  // The target has seen the water before its wall; a part of the source's wall is a little nearer.
+  for (int y = -40; y < 40; ++y)
+    for (int x = -40; x < 40; ++x)
+      for (int z = -9; z < 9; ++z) {
+        LogOddsUnits& units = target_->grid.At({x, y, z});
+        if (units == kUnknownUnits) units = -kOccupiedUnits;
+      }
+  EXPECT_EQ(Close(Pose3::Identity(), Diagonal(0.5, 0.05)).reason, "");
+  source_ =
+      SubmapOf(9, {{{1.4, -4, -1}, {0, 8, 0}, {0, 0, 2}}, {{1, -3, -1}, {0, 4, 0}, {0, 0, 2}}},
+               X_WM * MakePose({0, 0.1, 0}));
+  const LoopClosure closure = Close(Pose3::Identity(), Diagonal(0.5, 0.05));
+  EXPECT_FALSE(closure.accepted);
+  EXPECT_EQ(closure.reason, "points in free water");
+  options_.max_share_in_free_water = 1;
+  EXPECT_EQ(Close(Pose3::Identity(), Diagonal(0.5, 0.05)).reason, "");
+}
+
+TEST_F(LoopClosureTest, ShareInFreeWaterIsTheBruteForceShare) {
+  Random random(4, "water");
+  for (int y = -30; y < 30; ++y)
+    for (int x = -30; x < 30; ++x)
+      for (int z = -5; z < 5; ++z) {
+        LogOddsUnits& units = target_->grid.At({x, y, z});
+        if (units == kUnknownUnits) units = -5;
+      }
+  const SubmapShape target = ShapeOf(target_),
+                    source = ShapeOf(SubmapOf(9, FurnishedRoom(), X_Wk_, 2.8));
+  ASSERT_LE(source.cloud.size(), 800u);
+  double most = 0;
+  for (int i = 0; i < 20; ++i) {
+    const Pose3 X_ik = X_ik_ * RandomMotion(Twist(1, 1, 0.2, 0, 0, 0.5), random);
+    int known = 0, in_water = 0;
+    for (const Vec3& p_k : source.cloud.points()) {
+      const VoxelKey at = target_->grid.grid().KeyOf(X_ik * p_k);
+      if (target_->grid.Get(at) == kUnknownUnits) continue;
+      ++known;
+      bool is_near = false;
+      target_->grid.ForEach([&](const VoxelKey& key, LogOddsUnits units) {
+        is_near |= units >= 0 && std::abs(key.x - at.x) <= 2 && std::abs(key.y - at.y) <= 2 &&
+                   std::abs(key.z - at.z) <= 2;
+      });
+      in_water += !is_near;
+    }
+    const double share = known == 0 ? 0 : static_cast<double>(in_water) / known;
+    EXPECT_DOUBLE_EQ(ShareInFreeWater(target, source, X_ik), share);
+    most = std::max(most, share);
+  }
+  EXPECT_GT(most, 0.3);
+  EXPECT_LT(ShareInFreeWater(target, source, X_ik_), 0.05);
+}
+
+TEST_F(LoopClosureTest, AgreesTheOtherWayOnlyWhereItIsRight) {
+  const SubmapShape target = ShapeOf(target_), source = ShapeOf(source_);
+  Random random(5, "other way");
+  for (int i = 0; i < 5; ++i) {
+    IcpResult right = Register(kIcp, target.cloud, source.cloud,
+                               X_ik_ * RandomMotion(Twist(0.2, 0.2, 0, 0, 0, 0.05), random));
+    EXPECT_TRUE(AgreesTheOtherWay(kIcp, right, target, source)) << i;
+    const double angle = random.Uniform(0, 6.28);
+    right.X_ik = right.X_ik * Exp(Twist(0.5 * std::cos(angle), 0.5 * std::sin(angle), 0, 0, 0, 0));
+    EXPECT_FALSE(AgreesTheOtherWay(kIcp, right, target, source)) << i;
+  }
+}
+
+TEST_F(LoopClosureTest, RejectsWhatIsNotTheSameTheOtherWayRound) {
+  const SubmapShape target = ShapeOf(target_), source = ShapeOf(source_);
+  IcpResult wrong = Register(kIcp, target.cloud, source.cloud, X_ik_);
+  wrong.X_ik = wrong.X_ik * Exp(Twist(0.3, 0, 0, 0, 0, 0));
+  const auto judge = [&] {
+    return Judge(options_, kIcp, wrong, target, source, X_ik_, Diagonal(0.5, 0.05));
+  };
+  EXPECT_EQ(judge().reason, "not the same the other way round");
+  options_.both_ways = false;
+  EXPECT_TRUE(judge().accepted);
 }
 
 TEST_F(LoopClosureTest, RejectsALargeResidual) {

@@ -54,13 +54,14 @@ void ForEachCorrespondence(const IcpOptions& options, const RegistrationCloud& t
   for (std::size_t u = 0; u < used; ++u) {
     const std::size_t s = u * source.size() / used;
     const Vec3 p_i = X_ik * source.points()[s];
-    const auto nearest = target.NearestTo(p_i);
-    const LocalPlane& plane = target.planes()[nearest.index];
-    if (nearest.distance_m > max_distance_m || plane.normal.isZero()) continue;
+    const auto nearest = target.NearestWithin(p_i, max_distance_m);
+    if (!nearest) continue;
+    const LocalPlane& plane = target.planes()[nearest->index];
+    if (plane.normal.isZero()) continue;
     const Vec3 normal_k = R_ik.transpose() * plane.normal;
     const Vec3& own_normal_k = source.planes()[s].normal;
     if (!own_normal_k.isZero() && normal_k.dot(own_normal_k) < options.min_normal_cosine) continue;
-    const double residual_m = plane.normal.dot(p_i - target.points()[nearest.index]);
+    const double residual_m = plane.normal.dot(p_i - target.points()[nearest->index]);
     visit(Correspondence{
         .p_i = p_i,
         .p_k = source.points()[s],

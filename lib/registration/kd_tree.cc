@@ -1,6 +1,7 @@
 #include "lib/registration/kd_tree.h"
 
 #include <cmath>
+#include <limits>
 #include <nanoflann.hpp>
 #include <utility>
 
@@ -34,10 +35,18 @@ KdTree::KdTree(const std::vector<Vec3>& points) : index_(std::make_unique<Index>
 KdTree::~KdTree() = default;
 
 KdTree::Neighbour KdTree::NearestTo(const Vec3& p) const {
+  return *NearestWithin(p, std::numeric_limits<double>::infinity());
+}
+
+std::optional<KdTree::Neighbour> KdTree::NearestWithin(const Vec3& p, double max_m) const {
   std::uint32_t index = 0;
   double squared = 0;
-  index_->tree.knnSearch(p.data(), 1, &index, &squared);
-  return {index, std::sqrt(squared)};
+  nanoflann::KNNResultSet<double, std::uint32_t> result(1);
+  result.init(&index, &squared);
+  squared = max_m * max_m;  // The set's worst so far: the tree leaves out what is farther.
+  index_->tree.findNeighbors(result, p.data(), nanoflann::SearchParams());
+  if (result.size() == 0) return std::nullopt;
+  return Neighbour{index, std::sqrt(squared)};
 }
 
 void KdTree::Within(const Vec3& p, double radius_m, std::vector<std::size_t>& indices) const {

@@ -38,6 +38,11 @@ TEST(KdTreeTest, FindsTheNearestPointOfAll) {
       for (const Vec3& q : points) least_m = std::min(least_m, (p - q).norm());
       EXPECT_DOUBLE_EQ(nearest.distance_m, least_m);
       EXPECT_DOUBLE_EQ((points[nearest.index] - p).norm(), least_m);
+      const auto within = dut.NearestWithin(p, 1.001 * least_m);
+      ASSERT_TRUE(within);
+      EXPECT_EQ(within->index, nearest.index);
+      EXPECT_EQ(within->distance_m, nearest.distance_m);
+      EXPECT_FALSE(dut.NearestWithin(p, 0.999 * least_m));
     }
   }
 }

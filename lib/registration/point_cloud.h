@@ -28,8 +28,10 @@ class RegistrationCloud {
   const std::vector<LocalPlane>& planes() const { return planes_; }
   std::size_t size() const { return points_.size(); }
 
-  /// The point nearest to `p`. @pre the cloud is not empty.
-  KdTree::Neighbour NearestTo(const Vec3& p) const { return tree_->NearestTo(p); }
+  /// The point nearest to `p` if it is nearer than `max_m`.
+  std::optional<KdTree::Neighbour> NearestWithin(const Vec3& p, double max_m) const {
+    return tree_->NearestWithin(p, max_m);
+  }
 
  private:
   std::vector<Vec3> points_;

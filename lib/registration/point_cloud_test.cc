@@ -68,7 +68,8 @@ TEST(RegistrationCloudTest, KeepsItsPointsAndFindsTheNearest) {
   const RegistrationCloud dut(points, kRadius_m, Vec3(0, 0, 1));
   EXPECT_EQ(dut.points(), points);
   ASSERT_EQ(dut.size(), points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) EXPECT_EQ(dut.NearestTo(points[i]).index, i);
+  for (std::size_t i = 0; i < points.size(); ++i)
+    EXPECT_EQ(dut.NearestWithin(points[i], 0.1)->index, i);
 }
 
 TEST(RegistrationCloudTest, MayBeEmpty) {

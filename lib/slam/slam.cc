@@ -123,10 +123,17 @@ void Slam::CloseLoops(const SubmapShape& source) {
     registrations[c] = Register(settings_.registration, shapes_.at(candidates[c].id)->cloud,
                                 source.cloud, predicted_X_ik(candidates[c]));
   });
-  for (std::size_t c = 0; c < candidates.size(); ++c) {
-    if (hook_) hook_(candidates[c].id, source.id, registrations[c]);
-    Closure closure{Judge(settings_.loop_closure, registrations[c], *shapes_.at(candidates[c].id),
-                          source, predicted_X_ik(candidates[c]), covariances[c])};
+  if (hook_) {
+    for (std::size_t c = 0; c < candidates.size(); ++c)
+      hook_(candidates[c].id, source.id, registrations[c]);
+  }
+  std::vector<Closure> closures(candidates.size());
+  ParallelFor(candidates.size(), [&](std::size_t c) {
+    closures[c].loop =
+        Judge(settings_.loop_closure, settings_.registration, registrations[c],
+              *shapes_.at(candidates[c].id), source, predicted_X_ik(candidates[c]), covariances[c]);
+  });
+  for (Closure& closure : closures) {
     if (closure.loop.accepted) closure.constraint = graph_.AddConstraint(closure.loop.constraint);
     closures_.push_back(std::move(closure));
   }

@@ -2,8 +2,14 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 
 namespace vog {
+namespace {
+
+constexpr std::array<int, 3> kPlanar = {0, 1, 5};  // x, y, yaw.
+
+}  // namespace
 
 Mat3 DriftOptions::StepCovariance(double step_s) const {
   const double scale = scaling == DriftScaling::kLiteral ? step_s * step_s : step_s;
@@ -20,12 +26,12 @@ Mat3 PlanarAdjointOf(const Pose3& X) {
 }
 
 Mat6 PlanarTo6(const Mat3& planar) {
-  constexpr int kIndex[3] = {0, 1, 5};
   Mat6 covariance = Mat6::Zero();
-  for (int row = 0; row < 3; ++row)
-    for (int col = 0; col < 3; ++col) covariance(kIndex[row], kIndex[col]) = planar(row, col);
+  covariance(kPlanar, kPlanar) = planar;
   return covariance;
 }
+
+Mat3 PlanarOf(const Mat6& full) { return full(kPlanar, kPlanar); }
 
 Mat3 ComposePlanarCovariance(const Mat3& covariance_AB, const Pose3& X_BC,
                              const Mat3& covariance_BC) {

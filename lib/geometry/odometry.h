@@ -60,6 +60,8 @@ Mat3 PlanarAdjointOf(const Pose3& X);
 
 /// A covariance of (x, y, yaw) among all six coordinates; 0 elsewhere.
 Mat6 PlanarTo6(const Mat3& planar);
+/// The rows and columns of (x, y, yaw).
+Mat3 PlanarOf(const Mat6& full);
 
 /// Covariance of (x, y, yaw) of X_AC = X_AB * X_BC from those of its two parts.
 Mat3 ComposePlanarCovariance(const Mat3& covariance_AB, const Pose3& X_BC,

@@ -77,12 +77,26 @@ std::vector<LoopCandidate> FindCandidates(const LoopClosureOptions& options,
     const double overlap = PredictOverlap(*targets[i], source, X_ik[i]);
     if (overlap >= options.min_predicted_overlap) candidates.push_back({targets[i]->id, overlap});
   }
-  std::stable_sort(candidates.begin(), candidates.end(), [](const auto& a, const auto& b) {
-    return a.predicted_overlap > b.predicted_overlap;
-  });
-  if (static_cast<int>(candidates.size()) > options.max_candidates)
-    candidates.resize(static_cast<std::size_t>(options.max_candidates));
   return candidates;
+}
+
+double ExpectedInformation(const IcpOptions& icp, const SubmapShape& target,
+                           const SubmapShape& source, const Pose3& X_ik,
+                           const LoopCandidate& candidate) {
+  const double radius_m = source.cloud.radius_m();
+  const Mat3 point_error =
+      Vec3(1, 1, 1 / (radius_m * radius_m)).asDiagonal() * (icp.point_sigma_m * icp.point_sigma_m);
+  const Mat3 R = PlanarOf(ContentDrift(target, source, X_ik)) + point_error;
+  const Mat3 gain = Mat3::Identity() + PlanarOf(candidate.covariance) * R.inverse();
+  return 0.5 * candidate.predicted_overlap * std::log(std::max(1.0, gain.determinant()));
+}
+
+void KeepMostInformative(const LoopClosureOptions& options,
+                         std::vector<LoopCandidate>& candidates) {
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const auto& a, const auto& b) { return a.information > b.information; });
+  if (static_cast<int>(candidates.size()) > options.max_candidates)
+    candidates.erase(candidates.begin() + options.max_candidates, candidates.end());
 }
 
 double ShareInFreeWater(const SubmapShape& target, const SubmapShape& source, const Pose3& X_ik) {

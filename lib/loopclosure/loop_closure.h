@@ -68,20 +68,33 @@ struct SubmapShape {
   std::unordered_set<VoxelKey> occupied_cells;  ///< With a margin of one cell.
 };
 
-/// A submap that may close a loop, and how much of the new submap it seems to share.
+/// A submap that may close a loop.
 struct LoopCandidate {
   SubmapId id;
-  double predicted_overlap;
+  double predicted_overlap;        ///< Of the new submap with it.
+  Mat6 covariance = Mat6::Zero();  ///< Of X_ik by the graph, right perturbation.
+  double information = 0;          ///< Expected of a registration [nats].
 };
 
 /// Share of `source`'s points that lie in `target`'s cells.
 double PredictOverlap(const SubmapShape& target, const SubmapShape& source, const Pose3& X_ik);
 
-/// The best candidates by predicted overlap, at most max_candidates, best first.
+/// The submaps whose predicted overlap suffices, by their numbers.
 std::vector<LoopCandidate> FindCandidates(const LoopClosureOptions& options,
                                           const std::vector<const SubmapShape*>& targets,
                                           const SubmapShape& source,
                                           const std::vector<Pose3>& X_ik);
+
+/// What a registration of the two is expected to tell of (x, y, yaw), in nats: half the logarithm
+/// of det(I + P R^-1), the mutual information of the pose and a measurement of it, times the
+/// predicted overlap as the chance that there is one. P is the candidate's covariance; R that of
+/// the content, from the drift inside both submaps and points that all share one error.
+double ExpectedInformation(const IcpOptions& icp, const SubmapShape& target,
+                           const SubmapShape& source, const Pose3& X_ik,
+                           const LoopCandidate& candidate);
+
+/// The max_candidates from which most is expected, best first.
+void KeepMostInformative(const LoopClosureOptions& options, std::vector<LoopCandidate>& candidates);
 
 /// What became of a candidate.
 struct LoopClosure {

@@ -4,6 +4,7 @@
 
 #include <Eigen/Dense>
 
+#include "lib/geometry/odometry.h"
 #include "lib/loopclosure/submaps_testing.h"
 
 namespace vog {
@@ -74,7 +75,7 @@ TEST_F(LoopClosureTest, PredictedOverlapIsTheBruteForceShare) {
   EXPECT_EQ(PredictOverlap(target, ShapeOf(SubmapOf(1, {}, X_Wi_)), Pose3::Identity()), 0);
 }
 
-TEST_F(LoopClosureTest, CandidatesAreTheBestOverlapsFarEnoughApart) {
+TEST_F(LoopClosureTest, CandidatesAreThoseWithEnoughOverlapFarEnoughApart) {
   std::vector<std::unique_ptr<SubmapShape>> shapes;
   std::vector<const SubmapShape*> targets;
   std::vector<Pose3> X_ik;
@@ -87,27 +88,53 @@ TEST_F(LoopClosureTest, CandidatesAreTheBestOverlapsFarEnoughApart) {
     X_ik.push_back(Ominus(X_Wi, X_Wk_));
   }
   options_.min_separation = 3;
-  options_.max_candidates = 2;
   options_.min_predicted_overlap = 0.05;
-  const auto candidates = FindCandidates(options_, targets, source, X_ik);
-  ASSERT_EQ(candidates.size(), 2u);
-  // By hand: all far enough, sorted, cut.
-  std::vector<std::pair<double, SubmapId>> expected;
-  for (int i = 0; i < 9; ++i) {
-    const double overlap = PredictOverlap(*targets[i], source, X_ik[i]);
-    if (source.id - i >= 3 && overlap >= 0.05) expected.emplace_back(-overlap, i);
-  }
+  std::vector<SubmapId> expected;
+  for (int i = 0; i < 9; ++i)
+    if (source.id - i >= 3 && PredictOverlap(*targets[i], source, X_ik[i]) >= 0.05)
+      expected.push_back(i);
   ASSERT_GT(expected.size(), 2u);
-  std::stable_sort(expected.begin(), expected.end());
-  for (int c = 0; c < 2; ++c) {
-    EXPECT_EQ(candidates[c].id, expected[c].second);
-    EXPECT_EQ(candidates[c].predicted_overlap, -expected[c].first);
+  ASSERT_LT(expected.size(), 7u);
+  const auto candidates = FindCandidates(options_, targets, source, X_ik);
+  ASSERT_EQ(candidates.size(), expected.size());
+  for (std::size_t c = 0; c < candidates.size(); ++c) {
+    EXPECT_EQ(candidates[c].id, expected[c]);
+    EXPECT_EQ(candidates[c].predicted_overlap,
+              PredictOverlap(*targets[expected[c]], source, X_ik[expected[c]]));
   }
-  options_.max_candidates = 0;
-  EXPECT_TRUE(FindCandidates(options_, targets, source, X_ik).empty());
-  options_.max_candidates = 4;
   options_.min_predicted_overlap = 1;
   EXPECT_TRUE(FindCandidates(options_, targets, source, X_ik).empty());
+}
+
+TEST_F(LoopClosureTest, TheMostInformativeCandidatesAreKeptInOrder) {
+  const std::vector<double> information = {0.3, 2, 0.3, 1, 0};
+  for (const int most : {0, 1, 3, 7}) {
+    std::vector<LoopCandidate> candidates;
+    for (SubmapId id = 0; id < 5; ++id)
+      candidates.push_back({id, 1, Mat6::Zero(), information[id]});
+    options_.max_candidates = most;
+    KeepMostInformative(options_, candidates);
+    const std::vector<SubmapId> order = {1, 3, 0, 2, 4};
+    ASSERT_EQ(candidates.size(), std::min<std::size_t>(most, order.size()));
+    for (std::size_t c = 0; c < candidates.size(); ++c) EXPECT_EQ(candidates[c].id, order[c]);
+  }
+}
+
+// By hand where everything is diagonal.
+TEST_F(LoopClosureTest, ExpectedInformationIsThatOfAMeasurementOfThePose) {
+  target_->drift = source_->drift = Vec3(0.02, 0.01, 0.001).asDiagonal();
+  const SubmapShape target = ShapeOf(target_), source = ShapeOf(source_);
+  const double radius_m = source.cloud.radius_m(), point = kIcp.point_sigma_m * kIcp.point_sigma_m;
+  const LoopCandidate candidate{3, 0.7, Diagonal(0.5, 0.1)};
+  double expected = 0;
+  const double P[3] = {0.25, 0.25, 0.01}, drift[3] = {0.02, 0.01, 0.001};
+  for (int axis = 0; axis < 3; ++axis) {
+    const double R = 2 * drift[axis] / 3 + (axis < 2 ? point : point / (radius_m * radius_m));
+    expected += 0.5 * 0.7 * std::log(1 + P[axis] / R);
+  }
+  EXPECT_NEAR(ExpectedInformation(kIcp, target, source, Pose3::Identity(), candidate), expected,
+              1e-12);
+  EXPECT_EQ(ExpectedInformation(kIcp, target, source, X_ik_, {3, 0.7}), 0) << "known already";
 }
 
 TEST_F(LoopClosureTest, AcceptsWhatThePredictionAllowsAndMeasuresIt) {
@@ -155,23 +182,16 @@ TEST_F(LoopClosureTest, ChiSquareIsThatOfTheInnovation) {
   const LoopClosure closure = Close(predicted, P);
   const SubmapShape target = ShapeOf(target_), source = ShapeOf(source_);
   const IcpResult icp = Register(kIcp, target.cloud, source.cloud, predicted);
-  const auto planar = [](const Mat6& full) {
-    constexpr int kIndex[3] = {0, 1, 5};
-    Mat3 part;
-    for (int row = 0; row < 3; ++row)
-      for (int col = 0; col < 3; ++col) part(row, col) = full(kIndex[row], kIndex[col]);
-    return part;
-  };
   Mat6 drift_i = Mat6::Zero();
   drift_i.diagonal() = Twist(0.02, 0.01, 0, 0, 0, 0.001);
   const Mat6 Ad = AdjointOf(icp.X_ik.inverse());
-  const Mat3 drift = (planar(Ad * drift_i * Ad.transpose()) + source_->drift) / 3;
+  const Mat3 drift = (PlanarOf(Ad * drift_i * Ad.transpose()) + source_->drift) / 3;
   const Vec6 xi = Log(Ominus(icp.X_ik, predicted));
   const Vec3 innovation(xi[0], xi[1], xi[5]);
-  const Mat3 S = planar(icp.covariance) + drift + planar(P);
+  const Mat3 S = PlanarOf(icp.covariance) + drift + PlanarOf(P);
   EXPECT_NEAR(closure.chi_square, innovation.dot(S.inverse() * innovation), 1e-6);
-  const Mat3 information = planar(closure.constraint.Information());
-  EXPECT_LT((information * (planar(icp.covariance) + drift) - Mat3::Identity()).norm(), 1e-6);
+  const Mat3 information = PlanarOf(closure.constraint.Information());
+  EXPECT_LT((information * (PlanarOf(icp.covariance) + drift) - Mat3::Identity()).norm(), 1e-6);
 }
 
 TEST_F(LoopClosureTest, AWallAloneIsAPartialClosure) {

@@ -22,12 +22,6 @@ Eigen::Matrix<double, 6, Eigen::Dynamic> FreeBasis(IcpFreedom freedom) {
   return basis;
 }
 
-double RadiusOf(const std::vector<Vec3>& points) {
-  double squares = 0;
-  for (const Vec3& p : points) squares += p.squaredNorm();
-  return std::max(0.1, std::sqrt(squares / static_cast<double>(points.size())));
-}
-
 std::size_t UsedPoints(const IcpOptions& options, const RegistrationCloud& source) {
   return std::min(source.size(), static_cast<std::size_t>(options.max_points));
 }
@@ -209,7 +203,7 @@ IcpResult Register(const IcpOptions& options, const RegistrationCloud& target,
   IcpResult result;
   result.X_ik = initial_X_ik;
   if (target.size() < kMinCorrespondences || source.size() < kMinCorrespondences) return result;
-  const double radius_m = RadiusOf(source.points());
+  const double radius_m = source.radius_m();
   const Eigen::Matrix<double, 6, Eigen::Dynamic> free = FreeBasis(options.freedom);
   Vec6 unscale = Vec6::Ones();
   unscale.tail<3>() /= radius_m;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 
 namespace vog {
 namespace {
@@ -29,11 +30,21 @@ LocalPlane PlaneOf(const std::vector<Vec3>& points, const std::vector<std::size_
           spread[1]};
 }
 
+double RadiusOf(const std::vector<Vec3>& points) {
+  constexpr double kLeast_m = 0.1;
+  if (points.empty()) return kLeast_m;
+  double squares = 0;
+  for (const Vec3& p : points) squares += p.squaredNorm();
+  return std::max(kLeast_m, std::sqrt(squares / static_cast<double>(points.size())));
+}
+
 }  // namespace
 
 RegistrationCloud::RegistrationCloud(std::vector<Vec3> points, double normal_radius_m,
                                      const Vec3& seen_from)
-    : points_(std::move(points)), tree_(std::make_unique<KdTree>(points_)) {
+    : points_(std::move(points)),
+      radius_m_(RadiusOf(points_)),
+      tree_(std::make_unique<KdTree>(points_)) {
   std::vector<std::size_t> neighbours;
   for (const Vec3& point : points_) {
     tree_->Within(point, normal_radius_m, neighbours);

@@ -27,6 +27,9 @@ class RegistrationCloud {
   const std::vector<Vec3>& points() const { return points_; }
   const std::vector<LocalPlane>& planes() const { return planes_; }
   std::size_t size() const { return points_.size(); }
+  /// Root mean square distance of the points from the frame's origin, at least 0.1: how far a
+  /// rotation of 1 rad moves them.
+  double radius_m() const { return radius_m_; }
 
   /// The point nearest to `p` if it is nearer than `max_m`.
   std::optional<KdTree::Neighbour> NearestWithin(const Vec3& p, double max_m) const {
@@ -36,6 +39,7 @@ class RegistrationCloud {
  private:
   std::vector<Vec3> points_;
   std::vector<LocalPlane> planes_;
+  double radius_m_;
   std::unique_ptr<KdTree> tree_;
 };
 

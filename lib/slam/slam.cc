@@ -113,11 +113,15 @@ void Slam::CloseLoops(const SubmapShape& source) {
     targets.push_back(shape.get());
     X_ik.push_back(Ominus(graph_.X_W(id), graph_.X_W(source.id)));
   }
-  const auto candidates = FindCandidates(settings_.loop_closure, targets, source, X_ik);
-  const auto covariances = PredictCovariances(candidates, source.id);
   const auto predicted_X_ik = [&](const LoopCandidate& candidate) {
     return Ominus(graph_.X_W(candidate.id), graph_.X_W(source.id));
   };
+  auto candidates = FindCandidates(settings_.loop_closure, targets, source, X_ik);
+  PredictCovariances(source.id, candidates);
+  for (LoopCandidate& candidate : candidates)
+    candidate.information = ExpectedInformation(settings_.registration, *shapes_.at(candidate.id),
+                                                source, predicted_X_ik(candidate), candidate);
+  KeepMostInformative(settings_.loop_closure, candidates);
   std::vector<IcpResult> registrations(candidates.size());
   ParallelFor(candidates.size(), [&](std::size_t c) {
     registrations[c] = Register(settings_.registration, shapes_.at(candidates[c].id)->cloud,
@@ -129,9 +133,9 @@ void Slam::CloseLoops(const SubmapShape& source) {
   }
   std::vector<Closure> closures(candidates.size());
   ParallelFor(candidates.size(), [&](std::size_t c) {
-    closures[c].loop =
-        Judge(settings_.loop_closure, settings_.registration, registrations[c],
-              *shapes_.at(candidates[c].id), source, predicted_X_ik(candidates[c]), covariances[c]);
+    closures[c].loop = Judge(settings_.loop_closure, settings_.registration, registrations[c],
+                             *shapes_.at(candidates[c].id), source, predicted_X_ik(candidates[c]),
+                             candidates[c].covariance);
   });
   for (Closure& closure : closures) {
     if (closure.loop.accepted) closure.constraint = graph_.AddConstraint(closure.loop.constraint);
@@ -139,13 +143,13 @@ void Slam::CloseLoops(const SubmapShape& source) {
   }
 }
 
-std::vector<Mat6> Slam::PredictCovariances(const std::vector<LoopCandidate>& candidates,
-                                           NodeId newest) const {
+void Slam::PredictCovariances(NodeId newest, std::vector<LoopCandidate>& candidates) const {
   std::vector<std::pair<NodeId, NodeId>> pairs;
   for (const LoopCandidate& candidate : candidates) pairs.emplace_back(candidate.id, newest);
-  if (pairs.empty()) return {};
+  if (pairs.empty()) return;
   const auto covariances = graph_.RelativeCovariances(pairs);
-  return covariances.empty() ? std::vector<Mat6>(pairs.size(), kNoPrediction) : covariances;
+  for (std::size_t c = 0; c < candidates.size(); ++c)
+    candidates[c].covariance = covariances.empty() ? kNoPrediction : covariances[c];
 }
 
 bool Slam::DropContradicting() {

@@ -89,8 +89,7 @@ class Slam {
   void AddNode(const Submap& submap);
   void PlaceSubmaps();
   void CloseLoops(const SubmapShape& source);
-  std::vector<Mat6> PredictCovariances(const std::vector<LoopCandidate>& candidates,
-                                       NodeId newest) const;
+  void PredictCovariances(NodeId newest, std::vector<LoopCandidate>& candidates) const;
   bool DropContradicting();
   void UpdateSigmas();
 

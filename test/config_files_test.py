@@ -11,7 +11,7 @@ from vog_testing import ROOT, VogTest, vog
 class ConfigFilesTest(VogTest):
     def test_all_shipped_files_are_good(self):
         files = sorted((ROOT / "config").rglob("*.toml"))
-        self.assertGreater(len(files), 4)
+        self.assertGreater(len(files), 8)
         for file in files:
             with self.subTest(file.name):
                 self.run_vog("config", file)
@@ -21,6 +21,17 @@ class ConfigFilesTest(VogTest):
         self.assertEqual(shown["mission"]["max_submaps"]["value"], "105")
         self.assertEqual(shown["sonar"]["rate_hz"]["value"], "10")
         self.assertEqual(shown["scene"]["kind"]["value"], '"tank"')
+
+    def test_each_generated_scene_has_its_mission(self):
+        allowed = json.loads(self.run_vog("config", "--json"))["scene"]["kind"]["allowed"]
+        for kind in re.findall(r'"(\w+)"', allowed):
+            if kind == "mesh":
+                continue
+            with self.subTest(kind):
+                mission = ROOT / f"config/mission/{kind}.toml"
+                shown = json.loads(self.run_vog("config", mission, "--json"))
+                self.assertEqual(shown["scene"]["kind"]["value"], f'"{kind}"')
+                self.assertEqual(shown["mission"]["name"]["value"], f'"{kind}"')
 
     def test_output_is_a_configuration_file_with_the_same_values(self):
         text = self.run_vog("config", ROOT / "config/mission/propeller.toml")

@@ -100,7 +100,8 @@ class RepeatTest(VogTest):
         self.assertEqual(contents(out / "map"), contents(fresh / "map"))
 
     def test_modes_and_missions(self):
-        for mission in ("tank", "propeller-paper", "tank-paper"):
+        for mission in ("tank", "pier", "wreck", "seafloor", "mine", "propeller-paper",
+                        "tank-paper"):
             for mode in ("vog", "vog-no-lc", "standard"):
                 if mission != "tank" and mode != "vog":
                     continue

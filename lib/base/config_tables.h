@@ -6,13 +6,17 @@
 namespace vog {
 
 /// The tables of a mission file. A process reads those that concern it; none may be misspelt.
-inline constexpr std::array<std::string_view, 29> kConfigTables = {
+inline constexpr std::array<std::string_view, 33> kConfigTables = {
     "mission",
     "bus",
     "simulation",
     "scene",
     "scene.propeller",
     "scene.tank",
+    "scene.pier",
+    "scene.wreck",
+    "scene.seafloor",
+    "scene.mine",
     "vehicle",
     "current",
     "sonar",

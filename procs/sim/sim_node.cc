@@ -39,9 +39,7 @@ SimSettings SimSettings::From(const Config& config) {
                     config.Read<DriftOptions>("drift"),
                     config.Read<SensorOptions>("navigation_sensors"),
                     static_cast<std::uint64_t>(settings.mission.seed)};
-  settings.scene_W = MakeScene(config.Read<SceneOptions>("scene"),
-                               config.Read<PropellerOptions>("scene.propeller"),
-                               config.Read<TankOptions>("scene.tank"), config.directory());
+  settings.scene_W = MakeScene(SceneSettings::From(config));
   settings.live = config.Read<LiveOptions>("live");
   settings.config_toml = config.ToToml();
   settings.run_id = config.Read<BusOptions>("bus").run_id;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -9,6 +11,7 @@
 #include <vector>
 
 #include "lib/geometry/triangle_mesh.h"
+#include "sim/scene/shapes.h"
 
 /// What the tests of meshes ask of them.
 namespace vog {
@@ -24,6 +27,12 @@ inline bool IsClosed(const TriangleMesh& mesh) {
     if (count != 1 || opposite == uses.end()) return false;
   }
   return !mesh.triangles.empty();
+}
+
+/// Twice the number of pieces, less two for each hole through them, of a closed mesh without stray
+/// vertices.
+inline int EulerNumber(const TriangleMesh& mesh) {
+  return static_cast<int>(mesh.vertices.size()) - static_cast<int>(mesh.triangles.size() / 2);
 }
 
 /// The pieces that share no vertex with each other. They keep all vertices.
@@ -46,6 +55,16 @@ inline std::vector<TriangleMesh> PartsOf(const TriangleMesh& mesh) {
   return list;
 }
 
+/// `count` closed shells that point outward.
+inline void ExpectClosedParts(const TriangleMesh& mesh, std::size_t count) {
+  const std::vector<TriangleMesh> parts = PartsOf(mesh);
+  EXPECT_EQ(parts.size(), count);
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    EXPECT_TRUE(IsClosed(parts[i])) << "part " << i;
+    EXPECT_GT(SignedVolume(parts[i]), 0) << "part " << i;
+  }
+}
+
 inline double LongestEdge(const TriangleMesh& mesh) {
   double longest = 0;
   for (const auto& t : mesh.triangles) {
@@ -60,6 +79,14 @@ inline double LongestEdge(const TriangleMesh& mesh) {
 inline double AreaOf(const TriangleMesh& mesh, const std::array<std::uint32_t, 3>& t) {
   const Vec3 a = mesh.vertices[t[0]], b = mesh.vertices[t[1]], c = mesh.vertices[t[2]];
   return 0.5 * (b - a).cross(c - a).norm();
+}
+
+/// What rays can be cast at, and pictures be made of: not too many triangles, none too long or
+/// thin.
+inline void ExpectGoodTriangles(const TriangleMesh& mesh, double max_edge_m) {
+  EXPECT_LT(mesh.triangles.size(), 60000u);
+  EXPECT_LE(LongestEdge(mesh), max_edge_m);
+  for (const auto& t : mesh.triangles) ASSERT_GT(AreaOf(mesh, t), 1e-9);
 }
 
 }  // namespace vog

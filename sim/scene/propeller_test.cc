@@ -4,21 +4,11 @@
 
 #include "sim/scene/mesh_testing.h"
 #include "sim/scene/ray_caster.h"
-#include "sim/scene/shapes.h"
 
 namespace vog {
 namespace {
 
 constexpr std::size_t kPartsBesideBlades = 5;  // Hub, shaft, bossing, rudder, stern.
-
-void ExpectClosedParts(const TriangleMesh& mesh, std::size_t count) {
-  const std::vector<TriangleMesh> parts = PartsOf(mesh);
-  EXPECT_EQ(parts.size(), count);
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    EXPECT_TRUE(IsClosed(parts[i])) << "part " << i;
-    EXPECT_GT(SignedVolume(parts[i]), 0) << "part " << i;
-  }
-}
 
 TEST(PropellerTest, PartsAreClosedShellsThatPointOutward) {
   ExpectClosedParts(GeneratePropeller({}), 5 + kPartsBesideBlades);
@@ -31,10 +21,7 @@ TEST(PropellerTest, HasTheSizeOfTheOriginal) {
 }
 
 TEST(PropellerTest, TrianglesAreFewSmallAndNotDegenerate) {
-  const TriangleMesh mesh = GeneratePropeller({});
-  EXPECT_LT(mesh.triangles.size(), 40000u);
-  EXPECT_LE(LongestEdge(mesh), PropellerOptions{}.max_edge_m);
-  for (const auto& t : mesh.triangles) ASSERT_GT(AreaOf(mesh, t), 1e-9);
+  ExpectGoodTriangles(GeneratePropeller({}), PropellerOptions{}.max_edge_m);
 }
 
 // From aft, a blade of a right-handed screw is met further forward on its leading edge, the side to

@@ -7,9 +7,22 @@
 
 namespace vog {
 
-/// The structure that `options` ask for, in W. A relative mesh file is looked for in `directory`,
-/// that of the configuration. @throws UsageError as the generators and LoadMesh() do.
-TriangleMesh MakeScene(const SceneOptions& options, const PropellerOptions& propeller,
-                       const TankOptions& tank, const std::filesystem::path& directory);
+/// What a scene is made from: its tables of a mission file.
+struct SceneSettings {
+  SceneOptions scene;
+  PropellerOptions propeller;
+  TankOptions tank;
+  PierOptions pier;
+  WreckOptions wreck;
+  SeafloorOptions seafloor;
+  MineOptions mine;
+  std::filesystem::path directory = ".";  ///< Where a relative mesh file is looked for.
+
+  static SceneSettings From(const Config& config);
+};
+
+/// The structure that `settings` ask for, in W. @throws UsageError as the generators and LoadMesh()
+/// do.
+TriangleMesh MakeScene(const SceneSettings& settings);
 
 }  // namespace vog

@@ -49,6 +49,52 @@ TEST(ShapesTest, LoftOfTrianglesAndSquaresIsClosed) {
   }
 }
 
+TEST(ShapesTest, TubeIsClosedAndHollow) {
+  constexpr int kPoints = 30;
+  const TriangleMesh tube = Tube({0, 0, 0}, {0, 2, 1}, 0.5, 0.1, kPoints, 0.3);
+  EXPECT_TRUE(IsClosed(tube));
+  EXPECT_EQ(EulerNumber(tube), 0) << "one hole through it";
+  const double ring = 0.5 * kPoints * (0.25 - 0.16) * std::sin(2 * kPi / kPoints);
+  EXPECT_NEAR(SignedVolume(tube), std::sqrt(5) * ring, 1e-9);
+}
+
+TEST(ShapesTest, SphereIsClosedAndRound) {
+  const Vec3 center(1, -2, 3);
+  const TriangleMesh sphere = Sphere(center, 2, 0.3);
+  EXPECT_TRUE(IsClosed(sphere));
+  EXPECT_EQ(EulerNumber(sphere), 2);
+  for (const Vec3& vertex : sphere.vertices) ASSERT_NEAR((vertex - center).norm(), 2, 1e-12);
+  EXPECT_LE(LongestEdge(sphere), 0.3);
+  EXPECT_NEAR(SignedVolume(sphere), 4.0 / 3 * kPi * 8, 0.3);
+}
+
+/// A plate in the x-y plane, a square metre a cell. `open` has a character a cell, a row a line.
+TriangleMesh FlatPlate(const std::vector<std::string>& open) {
+  PlateGrid grid;
+  grid.rows = static_cast<int>(open.size());
+  grid.columns = static_cast<int>(open.front().size());
+  grid.front = [](int row, int column) { return Vec3(row, column, 0); };
+  grid.back = [](int row, int column) { return Vec3(row, column, -0.5); };
+  grid.is_open = [&](int row, int column) { return open[row][column] == 'o'; };
+  return Plate(grid);
+}
+
+TEST(ShapesTest, PlateHasItsOpenings) {
+  const TriangleMesh whole = FlatPlate({"...", "..."});
+  EXPECT_TRUE(IsClosed(whole));
+  EXPECT_NEAR(SignedVolume(whole), 3, 1e-12);
+  EXPECT_EQ(EulerNumber(whole), 2);
+  const TriangleMesh open = FlatPlate({".....", ".oo..", "...o.", "....o"});
+  EXPECT_TRUE(IsClosed(open));
+  EXPECT_NEAR(SignedVolume(open), 0.5 * (20 - 6), 1e-12) << "four, and two more at the corners";
+  EXPECT_NEAR(SignedVolume(FlatPlate({".o", "o."})), 0.5, 1e-12) << "one corner remains";
+}
+
+TEST(ShapesTest, EachOpeningOfAPlateIsAHoleThroughIt) {
+  EXPECT_EQ(EulerNumber(FlatPlate({"...", ".o.", "..."})), 0);
+  EXPECT_EQ(EulerNumber(FlatPlate({".....", ".o.o.", "....."})), -2);
+}
+
 TEST(ShapesTest, RefineShortensEdgesAndKeepsTheSolid) {
   const TriangleMesh coarse = Box(Pose3::Identity(), {3, 0.2, 1});
   const TriangleMesh fine = Refine(coarse, 0.3);

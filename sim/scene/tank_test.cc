@@ -6,18 +6,12 @@
 
 #include "sim/scene/mesh_testing.h"
 #include "sim/scene/ray_caster.h"
-#include "sim/scene/shapes.h"
 
 namespace vog {
 namespace {
 
 TEST(TankTest, PartsAreClosedShellsThatPointOutward) {
-  const std::vector<TriangleMesh> parts = PartsOf(GenerateTank({}));
-  EXPECT_EQ(parts.size(), 2u + 2 + TankOptions{}.ladder_rungs);
-  for (const TriangleMesh& part : parts) {
-    EXPECT_TRUE(IsClosed(part));
-    EXPECT_GT(SignedVolume(part), 0);
-  }
+  ExpectClosedParts(GenerateTank({}), 2u + 2 + TankOptions{}.ladder_rungs);
 }
 
 TEST(TankTest, HasTheSizeOfTheOriginal) {
@@ -27,10 +21,7 @@ TEST(TankTest, HasTheSizeOfTheOriginal) {
 }
 
 TEST(TankTest, TrianglesAreFewSmallAndNotDegenerate) {
-  const TriangleMesh mesh = GenerateTank({});
-  EXPECT_LT(mesh.triangles.size(), 40000u);
-  EXPECT_LE(LongestEdge(mesh), TankOptions{}.max_edge_m);
-  for (const auto& t : mesh.triangles) ASSERT_GT(AreaOf(mesh, t), 1e-9);
+  ExpectGoodTriangles(GenerateTank({}), TankOptions{}.max_edge_m);
 }
 
 TEST(TankTest, WallAndFloorStandWhereTheySay) {

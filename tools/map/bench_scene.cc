@@ -31,9 +31,9 @@ Eigen::AlignedBox3d VehicleBoxIn(SceneKind kind) {
 }
 
 TriangleMesh MeshOf(SceneKind kind) {
-  SceneOptions scene;
-  scene.kind = kind;
-  return MakeScene(scene, PropellerOptions{}, TankOptions{}, {});
+  SceneSettings settings;
+  settings.scene.kind = kind;
+  return MakeScene(settings);
 }
 
 }  // namespace

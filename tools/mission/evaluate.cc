@@ -303,15 +303,8 @@ void JudgeCollisions(const Run& run, Json& metrics) {
 }
 
 std::string SceneNameOf(const SceneOptions& scene) {
-  switch (scene.kind) {
-    case SceneKind::kPropeller:
-      return "propeller";
-    case SceneKind::kTank:
-      return "tank";
-    case SceneKind::kMesh:
-      break;
-  }
-  return std::filesystem::path(scene.mesh).stem().string();
+  if (scene.kind == SceneKind::kMesh) return std::filesystem::path(scene.mesh).stem().string();
+  return NameOf(SceneKindNames(), scene.kind);
 }
 
 Json ErrorSeries(const Trajectory& trajectory, const Trajectory& truth) {

@@ -107,10 +107,7 @@ void ReplayLog(const std::filesystem::path& log, const std::filesystem::path& fo
     WriteReport(folder);
     return;
   }
-  SaveMesh(MakeScene(config.Read<SceneOptions>("scene"),
-                     config.Read<PropellerOptions>("scene.propeller"),
-                     config.Read<TankOptions>("scene.tank"), config.directory()),
-           folder / "scene.ply");
+  SaveMesh(MakeScene(SceneSettings::From(config)), folder / "scene.ply");
   JudgeRun(folder);
 }
 

@@ -53,6 +53,10 @@ std::vector<Table> DescribeTables(const Config& config) {
   all.Add<SceneOptions>("scene");
   all.Add<PropellerOptions>("scene.propeller");
   all.Add<TankOptions>("scene.tank");
+  all.Add<PierOptions>("scene.pier");
+  all.Add<WreckOptions>("scene.wreck");
+  all.Add<SeafloorOptions>("scene.seafloor");
+  all.Add<MineOptions>("scene.mine");
   all.Add<VehicleOptions>("vehicle");
   all.Add<CurrentOptions>("current");
   all.Add<SonarOptions>("sonar");

@@ -65,8 +65,8 @@ double SizeUpTo(double largest_m, Random& random) { return random.Uniform(0.5, 1
 TriangleMesh MakeBoulder(const SeafloorOptions& options, Placement& placement, Random random) {
   constexpr double kDents = 0.2, kSunk = 0.3;
   const double radius_m = 0.5 * SizeUpTo(options.boulder_diameter_m, random);
-  const Vec3 half_m =
-      radius_m * Vec3(1, random.Uniform(0.65, 1), random.Uniform(0.55, 0.9)) / (1 + kDents);
+  const double height = random.Uniform(0.55, 0.9), breadth = random.Uniform(0.65, 1);
+  const Vec3 half_m = radius_m * Vec3(1, breadth, height) / (1 + kDents);
   const Spot spot = placement.Find(radius_m, "boulders", random);
   const Pose3 X_WA = MakePose(spot.middle_W + Vec3(0, 0, (1 - 2 * kSunk) * half_m.z()),
                               {0, 0, random.Uniform(-kPi, kPi)});
@@ -79,7 +79,8 @@ TriangleMesh MakeBoulder(const SeafloorOptions& options, Placement& placement, R
 TriangleMesh MakeBox(const SeafloorOptions& options, Placement& placement, Random random) {
   constexpr double kTilt_rad = 0.25, kSunk = 0.25;
   const double length_m = SizeUpTo(options.box_m, random);
-  const Vec3 size_m = length_m * Vec3(1, random.Uniform(0.5, 1), random.Uniform(0.5, 1));
+  const double height = random.Uniform(0.5, 1), breadth = random.Uniform(0.5, 1);
+  const Vec3 size_m = length_m * Vec3(1, breadth, height);
   const Spot spot = placement.Find(0.5 * size_m.head<2>().norm(), "boxes", random);
   const double roll = random.Uniform(-kTilt_rad, kTilt_rad);
   const double pitch = random.Uniform(-kTilt_rad, kTilt_rad);

@@ -163,6 +163,7 @@ std::vector<double> HatchPlaces(const WreckOptions& options) {
   const double from = DeckhouseX(options) + 0.5 * options.deckhouse_size_m.x();
   const double to = 0.36 * options.length_m;
   std::vector<double> places;
+  places.reserve(options.hatches);
   for (int i = 0; i < options.hatches; ++i)
     places.push_back(from + (to - from) * (i + 0.5) / options.hatches);
   return places;

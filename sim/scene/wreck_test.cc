@@ -38,8 +38,7 @@ double ShareThatEnters(const TriangleMesh& mesh, double side) {
 }
 
 TEST(WreckTest, PartsAreClosedShellsThatPointOutward) {
-  for (const std::int64_t seed : {1, 2, 3, 4, 5, 6, 7, 8})
-    ExpectClosedParts(GenerateWreck({}, seed), kParts);
+  for (const std::int64_t seed : {1, 2, 3, 4}) ExpectClosedParts(GenerateWreck({}, seed), kParts);
 }
 
 TEST(WreckTest, OtherProportionsStayClosed) {

@@ -20,6 +20,31 @@ def corner(shift=(0, 0), count=4000):
     return [(x + shift[0], y + shift[1], z) for x, y, z in points]
 
 
+def planar(pose):
+    """x, y and yaw of x y z qx qy qz qw."""
+    x, y, _, qx, qy, qz, qw = pose
+    return x, y, math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz))
+
+
+def relative(a, b):
+    """b seen from a."""
+    dx, dy, cos, sin = b[0] - a[0], b[1] - a[1], math.cos(a[2]), math.sin(a[2])
+    return cos * dx + sin * dy, cos * dy - sin * dx, math.remainder(b[2] - a[2], 2 * math.pi)
+
+
+def chi_square(error, covariance):
+    """e^T P^-1 e of x, y and yaw, by Cramer's rule."""
+    matrix = [[covariance[i][k] for k in (0, 1, 5)] for i in (0, 1, 5)]
+
+    def determinant(m):
+        return sum(m[0][i] * (m[1][i - 2] * m[2][i - 1] - m[1][i - 1] * m[2][i - 2])
+                   for i in range(3))
+
+    solved = [determinant([[error[r] if c == column else matrix[r][c] for c in range(3)]
+                           for r in range(3)]) / determinant(matrix) for column in range(3)]
+    return sum(e * s for e, s in zip(error, solved))
+
+
 class SlamTest(VogTest):
     @classmethod
     def setUpClass(cls):
@@ -51,6 +76,24 @@ class SlamTest(VogTest):
         self.assertEqual(len(result["poses"]), SUBMAPS)
         for pose in result["poses"][1:]:
             self.assertGreater(pose["covariance"][0][0], 0)
+
+    def test_the_missions_consistency_is_that_of_these_covariances(self):
+        truth = {}
+        for line in (self.mission / "truth.tum").read_text().splitlines():
+            time, *pose = map(float, line.split())
+            truth[round(1e6 * time)] = planar(pose)
+        poses = self.slam("--config", config("tank"))["poses"]
+        first, *others = poses
+        normalised = []
+        for pose in others:
+            error = relative(relative(planar(first["X_WM"]), planar(pose["X_WM"])),
+                             relative(truth[first["first_utime_us"]], truth[pose["first_utime_us"]]))
+            normalised.append(chi_square(error, pose["covariance"]))
+        metrics = self.metrics(self.mission)
+        self.assertAlmostEqual(metrics["nees_per_dimension"], sum(normalised) / len(normalised) / 3,
+                               delta=2e-3 * metrics["nees_per_dimension"])
+        self.assertAlmostEqual(metrics["nees_share_below_95"],
+                               sum(value < 7.8147 for value in normalised) / len(normalised))
 
     def test_settings_change_what_comes_out(self):
         self.assertEqual(self.slam("--set", "slam.loop_closures=false")["rejected"], {})

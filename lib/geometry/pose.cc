@@ -41,6 +41,10 @@ RollPitchYaw AnglesOf(const Pose3& X_AB) {
 
 double YawOf(const Pose3& X_AB) { return std::atan2(X_AB(1, 0), X_AB(0, 0)); }
 
+Pose3 Level(const Pose3& X_AB) {
+  return MakePose({X_AB.translation().x(), X_AB.translation().y(), 0}, {0, 0, YawOf(X_AB)});
+}
+
 double WrapAngle(double angle) {
   const double wrapped = std::remainder(angle, 2 * std::numbers::pi);
   return wrapped <= -std::numbers::pi ? std::numbers::pi : wrapped;

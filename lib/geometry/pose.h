@@ -25,6 +25,9 @@ Pose3 MakePose(const Vec3& position_m, const Eigen::Quaterniond& orientation);
 RollPitchYaw AnglesOf(const Pose3& X_AB);
 double YawOf(const Pose3& X_AB);
 
+/// The pose laid into the plane z = 0: its x, y and yaw alone.
+Pose3 Level(const Pose3& X_AB);
+
 /// An angle [rad] in (-pi, pi].
 double WrapAngle(double angle);
 

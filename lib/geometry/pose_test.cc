@@ -60,6 +60,14 @@ TEST(PoseTest, AnglesTurnTheWayTheDocsSay) {
   EXPECT_TRUE((X * Vec3::UnitX()).isApprox(-Vec3::UnitZ(), 1e-12));
 }
 
+TEST(PoseTest, LevelKeepsXYAndYawAlone) {
+  Random random(2, "level");
+  const Pose3 X_AB = RandomPose(random), level = Level(X_AB);
+  EXPECT_EQ(level.translation(), Vec3(X_AB.translation().x(), X_AB.translation().y(), 0));
+  EXPECT_NEAR(YawOf(level), YawOf(X_AB), 1e-12);
+  EXPECT_EQ(level.linear().col(2), Vec3::UnitZ());
+}
+
 TEST(PoseTest, WrapAngleKeepsTheDirection) {
   Random random(2, "pose");
   for (int i = 0; i < 500; ++i) {

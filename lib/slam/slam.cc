@@ -17,8 +17,9 @@ const Mat6 kLeastCovariance = 1e-12 * Mat6::Identity();
 /// and what two submaps share was seen at some moment, it is D / 2 away from the first scan on the
 /// average, and D / 4 from the middle one.
 SubmapAnchor AnchorOf(const Submap& submap, NodePlace place) {
-  if (place == NodePlace::kFirst) return {Pose3::Identity(), submap.drift / 2, Mat3::Zero()};
-  return {Exp(0.5 * Log(submap.X_ML)), submap.drift / 4, submap.drift / 2};
+  const Pose3 X_MC = NodeIn(submap.X_ML, place);
+  if (place == NodePlace::kFirst) return {X_MC, submap.drift / 2, Mat3::Zero()};
+  return {X_MC, submap.drift / 4, submap.drift / 2};
 }
 
 /// Covariance of what is left of an odometry edge when it begins at C instead of the base. The
@@ -31,6 +32,10 @@ Mat6 WithoutDriftBefore(const SubmapAnchor& anchor, const Mat6& edge) {
 }
 
 }  // namespace
+
+Pose3 NodeIn(const Pose3& X_ML, NodePlace place) {
+  return place == NodePlace::kFirst ? Pose3::Identity() : Exp(0.5 * Log(X_ML));
+}
 
 SlamSettings SlamSettings::From(const Config& config) {
   return {config.Read<SlamOptions>("slam"), config.Read<LoopClosureOptions>("loop_closure"),

@@ -36,6 +36,9 @@ struct SlamOptions {
   }
 };
 
+/// A submap's node C in its own frame, X_MC, from the body's motion to its last scan.
+Pose3 NodeIn(const Pose3& X_ML, NodePlace place);
+
 /// All options of the SLAM part.
 struct SlamSettings {
   SlamOptions slam;

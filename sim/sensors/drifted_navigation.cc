@@ -7,11 +7,6 @@
 namespace vog {
 namespace {
 
-/// The pose without its z, roll and pitch.
-Pose3 Level(const Pose3& X_WB) {
-  return MakePose({X_WB.translation().x(), X_WB.translation().y(), 0}, {0, 0, YawOf(X_WB)});
-}
-
 /// A small motion (x, y, yaw).
 Pose3 PlanarMotion(const Vec3& motion) {
   return MakePose({motion.x(), motion.y(), 0}, {0, 0, motion.z()});

@@ -16,6 +16,7 @@
 #include "sim/scene/scene_options.h"
 #include "sim/world/world_options.h"
 #include "tools/mission/hull_space.h"
+#include "tools/mission/node_errors.h"
 #include "tools/mission/run_record.h"
 
 namespace vog {
@@ -191,6 +192,26 @@ Json PositionError(const Trajectory& trajectory, const Trajectory& truth) {
           {"end", ErrorAt(trajectory, truth, truth.size() - 1)}};
 }
 
+std::map<SubmapId, SubmapTruth> TruthOfSubmaps(const Run& run) {
+  std::map<SubmapId, SubmapTruth> truth;
+  for (std::size_t s = 0; s < run.map.submaps.size(); ++s) {
+    const Submap& submap = *run.map.submaps[s];
+    const auto& scans = run.scans_of[s];
+    if (scans.empty() || scans.front().run->scan.time != submap.first_scan ||
+        scans.back().run->scan.time != submap.last_scan)
+      continue;
+    truth[submap.id()] = {scans.front().run->X_WB_true, scans.back().run->X_WB_true};
+  }
+  return truth;
+}
+
+void JudgeCovariances(const Run& run, Json& metrics) {
+  const auto options = run.record.config.Read<SlamOptions>("slam");
+  const auto judged = JudgeConsistency(NodeErrors(run.map, options, TruthOfSubmaps(run)));
+  metrics["nees_per_dimension"] = judged ? Json(judged->nees_per_dimension) : Json(nullptr);
+  metrics["nees_share_below_95"] = judged ? Json(judged->share_below_95) : Json(nullptr);
+}
+
 Json TimeToJson(const CoverageCurve& curve, double share) {
   const auto time_s = curve.TimeTo(share);
   return time_s ? Json(*time_s) : Json(nullptr);
@@ -343,6 +364,7 @@ nlohmann::ordered_json EvaluateRun(const std::filesystem::path& folder) {
   metrics["position_error_m"] = {
       {"odometry", PositionError(trajectories.odometry, trajectories.truth)},
       {"estimate", PositionError(trajectories.estimate, trajectories.truth)}};
+  JudgeCovariances(run, metrics);
   JudgeCoverage(run, metrics, series);
   metrics["loop_closures"] = {{"full", run.record.full_closures},
                               {"partial", run.record.partial_closures},

@@ -143,14 +143,31 @@ class Filler final : public OptionsVisitor {
             const char*) override {
     if (const toml::node* node = Find(key)) {
       const auto value = node->value_exact<std::string>();
-      if (!value ||
-          (!allowed.empty() && std::find(allowed.begin(), allowed.end(), *value) == allowed.end()))
-        Reject(*node, key, Describe(allowed));
+      if (!value || !IsAllowed(*value, allowed)) Reject(*node, key, Describe(allowed));
       field = *value;
     }
   }
 
+  void Texts(const char* key, std::vector<std::string>& field,
+             const std::vector<std::string>& allowed, const char*) override {
+    const toml::node* node = Find(key);
+    if (node == nullptr) return;
+    const std::string what =
+        "a list of strings" + (allowed.empty() ? "" : ", each " + Describe(allowed));
+    if (!node->is_array()) Reject(*node, key, what);
+    field.clear();
+    for (const toml::node& item : *node->as_array()) {
+      const auto value = item.value_exact<std::string>();
+      if (!value || !IsAllowed(*value, allowed)) Reject(item, key, what);
+      field.push_back(*value);
+    }
+  }
+
  private:
+  static bool IsAllowed(const std::string& value, const std::vector<std::string>& allowed) {
+    return allowed.empty() || std::find(allowed.begin(), allowed.end(), value) != allowed.end();
+  }
+
   const toml::node* Find(const char* key) {
     known_.insert(key);
     return table_ == nullptr ? nullptr : table_->get(key);
@@ -197,6 +214,12 @@ class Describer final : public OptionsVisitor {
   void Text(const char* key, std::string& field, const std::vector<std::string>& allowed,
             const char* help) override {
     descriptions.push_back({key, "\"" + field + "\"", Describe(allowed), help});
+  }
+  void Texts(const char* key, std::vector<std::string>& field,
+             const std::vector<std::string>& allowed, const char* help) override {
+    std::string value;
+    for (const std::string& text : field) value += (value.empty() ? "\"" : ", \"") + text + "\"";
+    descriptions.push_back({key, "[" + value + "]", "each " + Describe(allowed), help});
   }
 };
 
@@ -277,6 +300,19 @@ Config::Reader Config::MakeReader(const std::string& name) const {
 }
 
 void Config::Reader::finish() const { static_cast<const Filler&>(*visitor).RejectUnknownKeys(); }
+
+int Config::CountOf(const std::string& name) const {
+  const toml::node* node = tables_->root.get(name);
+  if (node == nullptr) return 0;
+  if (!node->is_array_of_tables())
+    throw UsageError(Where(node->source()) + name + " must be tables: write [[" + name + "]]");
+  return static_cast<int>(node->as_array()->size());
+}
+
+std::string Config::WhereIs(const std::string& name) const {
+  const auto node = std::as_const(tables_->root).at_path(name);
+  return node ? Where(node.node()->source()) : "";
+}
 
 void Config::RejectUnknownTables(std::span<const std::string_view> known) const {
   const auto check = [&](const std::string& name, const toml::node& node) {

@@ -53,6 +53,11 @@ class OptionsVisitor {
   void operator()(const char* key, double& field, Range range, const char* help);
   void operator()(const char* key, std::string& field, const char* help);
   void operator()(const char* key, Eigen::Vector3d& field, Range range, const char* help);
+  /// A list; `allowed` is empty where any text will do.
+  void operator()(const char* key, std::vector<std::string>& field,
+                  const std::vector<std::string>& allowed, const char* help) {
+    Texts(key, field, allowed, help);
+  }
   template <class Enum>
   requires std::is_enum_v<Enum>
   void operator()(const char* key, Enum& field, const Names<Enum>& names, const char* help);
@@ -65,6 +70,8 @@ class OptionsVisitor {
   /// `allowed` is empty where any text will do.
   virtual void Text(const char* key, std::string& field, const std::vector<std::string>& allowed,
                     const char* help) = 0;
+  virtual void Texts(const char* key, std::vector<std::string>& field,
+                     const std::vector<std::string>& allowed, const char* help) = 0;
 };
 
 /// The settings of a mission: TOML tables from files and overrides. Each value remembers the file
@@ -86,14 +93,22 @@ class Config {
   /// @throws UsageError.
   void Set(std::string_view assignment);
 
-  /// Fills `Options` from the table `name` ("planner" or "scene.propeller"); absent keys keep their
-  /// defaults. @throws UsageError on an unknown key, a wrong type or a value out of range.
+  /// Fills `Options` from the table `name` ("planner", "scene.propeller", or "case[0]" for the
+  /// first of the tables [[case]]); absent keys keep their defaults. @throws UsageError on an
+  /// unknown key, a wrong type or a value out of range.
   template <class Options>
   Options Read(const std::string& name) const {
     Options options;
     ReadInto(name, [&](OptionsVisitor& visitor) { options.Visit(visitor); });
     return options;
   }
+
+  /// How many tables [[name]] there are. @throws UsageError when `name` is something else.
+  int CountOf(const std::string& name) const;
+
+  /// Where `name` ("planner.range_m" or "case[0]") was set, for messages: "config/a.toml:12: " or
+  /// "--set planner.range_m=1: "; empty where it is a default.
+  std::string WhereIs(const std::string& name) const;
 
   /// @throws UsageError on a table that is not in `known`: most often a misspelt one.
   void RejectUnknownTables(std::span<const std::string_view> known) const;

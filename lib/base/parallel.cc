@@ -14,8 +14,7 @@ std::atomic<int> max_threads = 0;
 
 std::size_t ThreadsFor(std::size_t count) {
   const int limit = max_threads;
-  const std::size_t available =
-      limit > 0 ? static_cast<std::size_t>(limit) : std::thread::hardware_concurrency();
+  const auto available = static_cast<std::size_t>(limit > 0 ? limit : ProcessorCount());
   return std::clamp<std::size_t>(available, 1, std::max<std::size_t>(count, 1));
 }
 
@@ -39,6 +38,8 @@ class FirstFailure {
 };
 
 }  // namespace
+
+int ProcessorCount() { return std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }
 
 void SetParallelThreads(int threads) { max_threads = threads; }
 

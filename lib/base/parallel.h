@@ -10,6 +10,9 @@ namespace vog {
 /// Rethrows the exception of the smallest i that threw.
 void ParallelFor(std::size_t count, const std::function<void(std::size_t)>& body);
 
+/// The processors that this process may use, at least 1.
+int ProcessorCount();
+
 /// Limits the threads of ParallelFor; 0 means all that the machine has.
 void SetParallelThreads(int threads);
 

@@ -28,7 +28,6 @@ namespace {
 // After the mission's end the last submap must be registered and saved within this vehicle time.
 constexpr Duration kMaxFinish = std::chrono::seconds(30);
 
-/// A number for the run that depends on its settings alone, so that equal missions give equal logs.
 std::int64_t RunIdOf(const Config& config) {
   const std::string text = config.ToToml();
   const std::int64_t id = std::int64_t{Crc32(text)} << 20 ^ Crc32(text + "vogmap");
@@ -58,7 +57,7 @@ void CheckConfig(const Config& config) {
   config.Read<LiveOptions>("live");
 }
 
-Config LoadMission(const std::string& file, const MissionOverrides& overrides) {
+Config ReadMission(const std::string& file, const MissionOverrides& overrides) {
   Config config = Config::Load(file);
   if (overrides.mode) config.Set("mission.mode='" + *overrides.mode + "'");
   if (overrides.seed) config.Set("mission.seed=" + std::to_string(*overrides.seed));
@@ -68,9 +67,18 @@ Config LoadMission(const std::string& file, const MissionOverrides& overrides) {
   for (const std::string& setting : overrides.settings) config.Set(setting);
   MakeMeshAbsolute(config);
   CheckConfig(config);
+  return config;
+}
+
+Config LoadMission(const std::string& file, const MissionOverrides& overrides) {
+  Config config = ReadMission(file, overrides);
+  NumberRun(config);
+  return config;
+}
+
+void NumberRun(Config& config) {
   if (config.Read<BusOptions>("bus").run_id == 0)
     config.Set("bus.run_id=" + std::to_string(RunIdOf(config)));
-  return config;
 }
 
 void PrepareFolder(const std::filesystem::path& folder) {
@@ -104,7 +112,7 @@ void WriteTiming(const RunTiming& timing, const std::filesystem::path& file) {
   WriteFileAtomically(file, json.dump(1) + "\n");
 }
 
-nlohmann::ordered_json RunMission(const Config& config, const std::filesystem::path& folder) {
+void FlyMission(const Config& config, const std::filesystem::path& folder) {
   const Stopwatch stopwatch;
   const SimSettings sim_settings = CheckedSimSettings(config);
   PrepareFolder(folder);
@@ -138,6 +146,10 @@ nlohmann::ordered_json RunMission(const Config& config, const std::filesystem::p
   }
   timing.wall_s = stopwatch.seconds();
   WriteTiming(timing, folder / "timing.json");
+}
+
+nlohmann::ordered_json RunMission(const Config& config, const std::filesystem::path& folder) {
+  FlyMission(config, folder);
   return JudgeRun(folder);
 }
 

@@ -22,14 +22,22 @@ struct MissionOverrides {
 
 /// Reads a mission file, puts the overrides on top, and checks every table of it. @throws
 /// UsageError.
+Config ReadMission(const std::string& file, const MissionOverrides& overrides);
+/// The same, with a number for the run.
 Config LoadMission(const std::string& file, const MissionOverrides& overrides);
+
+/// Gives a run without a number, bus.run_id, one that depends on its settings alone, so that equal
+/// missions give equal logs.
+void NumberRun(Config& config);
 
 /// Checks every table that any process or tool reads. @throws UsageError.
 void CheckConfig(const Config& config);
 
-/// Flies a mission in lock step and leaves in `folder`: lcm.log, map/, scene.ply, timing.json and
-/// all that EvaluateRun() and WriteReport() write. What an earlier mission left there is removed
-/// first. Returns the metrics. @throws UsageError, SystemError.
+/// Flies a mission in lock step and leaves in `folder`: lcm.log, map/, scene.ply and timing.json.
+/// What an earlier mission left there is removed first. @throws UsageError, SystemError.
+void FlyMission(const Config& config, const std::filesystem::path& folder);
+
+/// The same, and all that EvaluateRun() and WriteReport() write. Returns the metrics.
 nlohmann::ordered_json RunMission(const Config& config, const std::filesystem::path& folder);
 
 /// Creates `folder`, or empties it of what an earlier mission left.

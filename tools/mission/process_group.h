@@ -1,13 +1,12 @@
 #pragma once
 
-#include <sys/types.h>
-
 #include <filesystem>
-#include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "lib/bus/stopwatch.h"
+#include "tools/mission/child_process.h"
 
 namespace vog {
 
@@ -41,7 +40,7 @@ class ProcessGroup {
  private:
   struct Child {
     ProgramLine line;
-    pid_t pid = -1;
+    std::optional<ChildProcess> process;
     Stopwatch since_start;
     int quick_deaths = 0;
   };

@@ -14,7 +14,11 @@ class ConfigFilesTest(VogTest):
         self.assertGreater(len(files), 8)
         for file in files:
             with self.subTest(file.name):
-                self.run_vog("config", file)
+                if file.parent.name == "campaign":  # Read, and found good, before the folder is made.
+                    self.refuse(1, "campaign", file, "--out", "/proc/nosuch",
+                                says=["/proc/nosuch", "cannot create"])
+                else:
+                    self.run_vog("config", file)
 
     def test_the_shipped_values_arrive(self):
         shown = json.loads(self.run_vog("config", ROOT / "config/mission/tank.toml", "--json"))

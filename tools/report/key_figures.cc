@@ -11,13 +11,13 @@ namespace {
 
 constexpr const char* kTiming = "timing";
 
+}  // namespace
+
 std::string Fixed(double value, int decimals) {
   std::array<char, 64> text;
   std::snprintf(text.data(), text.size(), "%.*f", decimals, value);
   return text.data();
 }
-
-}  // namespace
 
 const std::vector<KeyFigure>& KeyFigures() {
   static const std::vector<KeyFigure> figures = {
@@ -67,6 +67,10 @@ std::string ShowValue(const KeyFigure& figure, std::optional<double> value) {
   return Fixed(*value, figure.decimals) + (figure.unit.empty() ? "" : " " + figure.unit);
 }
 
+int MeanDecimals(const KeyFigure& figure) {
+  return figure.decimals == 0 && figure.unit.empty() ? 1 : figure.decimals;
+}
+
 std::string ShowSpread(const KeyFigure& figure, const std::vector<std::optional<double>>& values) {
   double sum = 0;
   int count = 0;
@@ -81,8 +85,7 @@ std::string ShowSpread(const KeyFigure& figure, const std::vector<std::optional<
   for (const auto& value : values) {
     if (value) squares += (*value - mean) * (*value - mean);
   }
-  // Counts have fractions in their mean.
-  const int decimals = figure.decimals == 0 && figure.unit.empty() ? 1 : figure.decimals;
+  const int decimals = MeanDecimals(figure);
   std::string text = Fixed(mean, decimals);
   if (count > 1) text += " ± " + Fixed(std::sqrt(squares / (count - 1)), decimals);
   if (count < static_cast<int>(values.size()))

@@ -23,8 +23,14 @@ const std::vector<KeyFigure>& KeyFigures();
 std::optional<double> ValueOf(const KeyFigure& figure, const nlohmann::ordered_json& metrics,
                               const nlohmann::ordered_json& timing);
 
+/// "0.052" for three decimals.
+std::string Fixed(double value, int decimals);
+
 /// "0.052 m"; a dash for nothing.
 std::string ShowValue(const KeyFigure& figure, std::optional<double> value);
+
+/// Decimals of a mean: counts have fractions in theirs.
+int MeanDecimals(const KeyFigure& figure);
 
 /// The mean and the sample's standard deviation, "0.052 ± 0.003"; "(2 of 3)" behind it where some
 /// runs have no value.

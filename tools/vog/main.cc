@@ -11,6 +11,7 @@ int Run(int argc, char** argv) {
   app.set_version_flag("--version", VOG_VERSION);
   app.require_subcommand(1);
   vog::AddMissionCommand(app);
+  vog::AddCampaignCommand(app);
   vog::AddReplayCommand(app);
   vog::AddMapCommand(app);
   vog::AddGraphCommand(app);

@@ -22,6 +22,7 @@ struct AllKinds {
   std::string name = "nobody";
   Eigen::Vector3d place_m = {1, 2, 3};
   Shape shape = Shape::kRound;
+  std::vector<std::string> words = {"a", "b"}, colours;
 
   void Visit(OptionsVisitor& v) {
     v("flag", flag, "a flag");
@@ -32,6 +33,8 @@ struct AllKinds {
     v("place_m", place_m, Between(-10, 10), "a place");
     v("shape", shape, Names<Shape>{{Shape::kRound, "round"}, {Shape::kSquare, "square"}},
       "a shape");
+    v("words", words, {}, "words");
+    v("colours", colours, {"red", "blue"}, "colours");
   }
 };
 
@@ -58,13 +61,15 @@ TEST(ConfigTest, AbsentKeysAndTablesKeepTheirDefaults) {
     EXPECT_EQ(read.name, "nobody");
     EXPECT_EQ(read.place_m, Eigen::Vector3d(1, 2, 3));
     EXPECT_EQ(read.shape, Shape::kRound);
+    EXPECT_EQ(read.words, std::vector<std::string>({"a", "b"}));
   }
 }
 
 TEST(ConfigTest, ReadsEachKind) {
   const AllKinds read = Read(
       "[kinds]\nflag = true\ncount = 7\nbig = 9007199254740993\nsize_m = 2\nname = \"x\"\n"
-      "place_m = [1, -2.5, 3e0]\nshape = \"square\"\n");
+      "place_m = [1, -2.5, 3e0]\nshape = \"square\"\nwords = [\"c\"]\n"
+      "colours = [\"blue\", \"red\"]\n");
   EXPECT_TRUE(read.flag);
   EXPECT_EQ(read.count, 7);
   EXPECT_EQ(read.big, 9007199254740993);  // More than a double holds.
@@ -72,6 +77,9 @@ TEST(ConfigTest, ReadsEachKind) {
   EXPECT_EQ(read.name, "x");
   EXPECT_EQ(read.place_m, Eigen::Vector3d(1, -2.5, 3));
   EXPECT_EQ(read.shape, Shape::kSquare);
+  EXPECT_EQ(read.words, std::vector<std::string>({"c"}));
+  EXPECT_EQ(read.colours, std::vector<std::string>({"blue", "red"}));
+  EXPECT_TRUE(Read("[kinds]\nwords = []\n").words.empty());
 }
 
 TEST(ConfigTest, BoundsAreAllowedAndNothingBeyond) {
@@ -99,7 +107,11 @@ TEST(ConfigTest, ErrorsNameFileLineKeyAndWhatIsAllowed) {
       {"place_m = 1", "place_m must be an array of 3 numbers, not 1"},
       {"place_m = [1, 2, 11]", "place_m must be a number from -10 to 10, not 11"},
       {"shape = \"oval\"", "shape must be one of \"round\" \"square\", not 'oval'"},
-      {"shape = 1", "shape must be one of \"round\" \"square\", not 1"}};
+      {"shape = 1", "shape must be one of \"round\" \"square\", not 1"},
+      {"words = \"a\"", "words must be a list of strings, not 'a'"},
+      {"words = [\"a\", 1]", "words must be a list of strings, not 1"},
+      {"colours = [\"green\"]",
+       "colours must be a list of strings, each one of \"red\" \"blue\", not 'green'"}};
   for (const auto& [line, message] : errors)
     EXPECT_EQ(ErrorOf([&] { Read("[kinds]\n\n" + line + "\n"); }), "a.toml:3: kinds." + message);
 }
@@ -107,13 +119,36 @@ TEST(ConfigTest, ErrorsNameFileLineKeyAndWhatIsAllowed) {
 TEST(ConfigTest, UnknownKeysAndTablesAreNamed) {
   EXPECT_EQ(
       ErrorOf([] { Read("[kinds]\nflag = true\nsice_m = 2\n"); }),
-      "a.toml:3: unknown key kinds.sice_m; known keys: big count flag name place_m shape size_m");
+      "a.toml:3: unknown key kinds.sice_m; known keys: big colours count flag name place_m shape "
+      "size_m words");
   const Config config = Config::Parse("[kinds]\n[kidns]\n", "a.toml");
   const std::string_view known[] = {"kinds", "others"};
   EXPECT_EQ(ErrorOf([&] { config.RejectUnknownTables(known); }),
             "a.toml:2: unknown table [kidns]; known tables: kinds others");
   Config::Parse("[kinds]\n", "a.toml").RejectUnknownTables(known);
   EXPECT_EQ(ErrorOf([] { Read("kinds = 5\n"); }), "a.toml:1: kinds must be a table: write [kinds]");
+}
+
+TEST(ConfigTest, TablesOfOneNameAreCountedAndReadByNumber) {
+  const Config config =
+      Config::Parse("[[kinds]]\ncount = 4\n[[kinds]]\ncount = 5\nsize_m = -1\n", "a.toml");
+  EXPECT_EQ(config.CountOf("kinds"), 2);
+  EXPECT_EQ(config.CountOf("others"), 0);
+  EXPECT_EQ(config.Read<AllKinds>("kinds[0]").count, 4);
+  EXPECT_EQ(ErrorOf([&] { config.Read<AllKinds>("kinds[1]"); }),
+            "a.toml:5: kinds[1].size_m must be a number from 0 to 100, not -1");
+  EXPECT_EQ(ErrorOf([] { Config::Parse("\n[kinds]\n", "a.toml").CountOf("kinds"); }),
+            "a.toml:2: kinds must be tables: write [[kinds]]");
+}
+
+TEST(ConfigTest, TellsWhereAValueWasSet) {
+  Config config = Config::Parse("[kinds]\n\ncount = 4\n[[more]]\nx = 1\n", "a.toml");
+  config.Set("kinds.size_m=7");
+  EXPECT_EQ(config.WhereIs("kinds.count"), "a.toml:3: ");
+  EXPECT_EQ(config.WhereIs("more[0].x"), "a.toml:5: ");
+  EXPECT_EQ(config.WhereIs("more[0]"), "a.toml:4: ");
+  EXPECT_EQ(config.WhereIs("kinds.size_m"), "--set kinds.size_m=7: ");
+  EXPECT_EQ(config.WhereIs("kinds.name"), "");
 }
 
 TEST(ConfigTest, UnknownTablesWithinTablesAreNamed) {
@@ -211,7 +246,9 @@ TEST(ConfigTest, DescribesEachOption) {
             "size_m | 1.5 | a number from 0 to 100 | a size\n"
             "name | \"somebody\" | a string | a name\n"
             "place_m | [1, 2, 3] | each a number from -10 to 10 | a place\n"
-            "shape | \"round\" | one of \"round\" \"square\" | a shape\n");
+            "shape | \"round\" | one of \"round\" \"square\" | a shape\n"
+            "words | [\"a\", \"b\"] | each a string | words\n"
+            "colours | [] | each one of \"red\" \"blue\" | colours\n");
 }
 
 TEST(ConfigTest, NamesOfValues) {

@@ -77,6 +77,16 @@ class SlamTest(VogTest):
         for pose in result["poses"][1:]:
             self.assertGreater(pose["covariance"][0][0], 0)
 
+    def test_a_map_is_judged_as_the_mission_was(self):
+        judged = self.slam("--config", config("tank"), "--run", self.mission)["metrics"]
+        mission = self.metrics(self.mission)
+        self.assertAlmostEqual(judged["rmse_m"], mission["rmse_m"]["vog"], delta=1e-4)
+        self.assertAlmostEqual(judged["position_error_m"]["mean"],
+                               mission["position_error_m"]["estimate"]["mean"], delta=1e-4)
+        without = self.slam("--config", config("tank"), "--set", "slam.loop_closures=false", "--run",
+                            self.mission)["metrics"]
+        self.assertAlmostEqual(without["rmse_m"], mission["rmse_m"]["vog_no_lc"], delta=1e-4)
+
     def test_the_missions_consistency_is_that_of_these_covariances(self):
         truth = {}
         for line in (self.mission / "truth.tum").read_text().splitlines():

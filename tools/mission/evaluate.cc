@@ -66,10 +66,10 @@ std::vector<std::vector<PlacedScan>> AssignScans(const RunRecord& record, const 
   return scans_of;
 }
 
-Run ReadAll(const std::filesystem::path& folder) {
+Run ReadAll(const std::filesystem::path& folder, StoredMap map) {
   Run run;
   run.record = ReadRun(folder / "lcm.log");
-  run.map = LoadMapFolder(folder / "map").map;
+  run.map = std::move(map);
   run.scene_W = LoadMesh(folder / "scene.ply", 1);
   const Config& config = run.record.config;
   run.sonar = config.Read<SonarOptions>("sonar");
@@ -343,7 +343,7 @@ Json ErrorSeries(const Trajectory& trajectory, const Trajectory& truth) {
 }  // namespace
 
 nlohmann::ordered_json EvaluateRun(const std::filesystem::path& folder) {
-  const Run run = ReadAll(folder);
+  const Run run = ReadAll(folder, LoadMapFolder(folder / "map").map);
   const Trajectories trajectories = MakeTrajectories(run);
   WriteTum(folder / "truth.tum", trajectories.truth);
   WriteTum(folder / "odometry.tum", trajectories.odometry);
@@ -375,6 +375,16 @@ nlohmann::ordered_json EvaluateRun(const std::filesystem::path& folder) {
   series["estimate_error_m"] = ErrorSeries(trajectories.estimate, trajectories.truth);
   WriteFileAtomically(folder / "timeseries.json", series.dump(1) + "\n");
   WriteFileAtomically(folder / "metrics.json", metrics.dump(2) + "\n");
+  return metrics;
+}
+
+nlohmann::ordered_json JudgeMap(const std::filesystem::path& folder, const StoredMap& map) {
+  const Run run = ReadAll(folder, map);
+  const Trajectories trajectories = MakeTrajectories(run);
+  Json metrics;
+  metrics["rmse_m"] = RmseOf(MapCloud(run, /*at_odometry=*/false), TruthCloud(run));
+  metrics["position_error_m"] = PositionError(trajectories.estimate, trajectories.truth);
+  JudgeCovariances(run, metrics);
   return metrics;
 }
 

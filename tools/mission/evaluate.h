@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "lib/base/config.h"
+#include "lib/vogmap/map_folder.h"
 
 namespace vog {
 
@@ -29,5 +30,11 @@ struct EvaluationOptions {
 /// reconstruction_{truth,vog,vog_no_lc,standard}.ply. Returns the metrics. What each number means:
 /// docs/evaluation.md. @throws UsageError for a folder that holds no simulated run.
 nlohmann::ordered_json EvaluateRun(const std::filesystem::path& folder);
+
+/// Judges another map of the same run, as other settings of SLAM make it from the run's submaps:
+/// rmse_m, position_error_m, nees_per_dimension and nees_share_below_95 as above. Writes nothing.
+/// @pre `map` has the submaps of the run's. @throws UsageError for a folder that holds no simulated
+/// run.
+nlohmann::ordered_json JudgeMap(const std::filesystem::path& folder, const StoredMap& map);
 
 }  // namespace vog

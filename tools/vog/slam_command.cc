@@ -7,6 +7,7 @@
 #include "lib/geometry/cloud_file.h"
 #include "lib/registration/icp.h"
 #include "lib/vogmap/map_folder.h"
+#include "tools/mission/evaluate.h"
 #include "tools/mission/progress_bar.h"
 #include "tools/slam/rerun.h"
 #include "tools/vog/commands.h"
@@ -109,7 +110,7 @@ void Run(const RegisterArguments& arguments) {
 // --- slam ---
 
 struct SlamArguments {
-  std::string map, out;
+  std::string map, out, run;
   ConfigArguments config;
   FaultOptions faults;
   bool json = false;
@@ -163,10 +164,17 @@ void Run(const SlamArguments& arguments) {
     SaveMapFolder(rerun.map, arguments.out);
     PackMapFolder(arguments.out);
   }
-  if (arguments.json)
-    std::printf("%s\n", JsonOf(rerun).dump(2).c_str());
-  else
-    PrintSummary(rerun.map, rerun.summary);
+  Json metrics;
+  if (!arguments.run.empty()) metrics = JudgeMap(arguments.run, rerun.map);
+  if (arguments.json) {
+    Json json = JsonOf(rerun);
+    if (!metrics.empty()) json["metrics"] = metrics;
+    std::printf("%s\n", json.dump(2).c_str());
+    return;
+  }
+  PrintSummary(rerun.map, rerun.summary);
+  for (const auto& [key, value] : metrics.items())
+    std::printf("%s %s\n", key.c_str(), value.dump().c_str());
 }
 
 }  // namespace
@@ -198,6 +206,9 @@ void AddSlamCommand(CLI::App& app) {
   FaultOptions& faults = arguments->faults;
   command->add_option("map", arguments->map, "map folder")->required();
   command->add_option("--out", arguments->out, "folder for the map at its new poses");
+  command->add_option("--run", arguments->run,
+                      "folder of the simulated run that the map is from: tells how good the new "
+                      "poses are");
   AddConfigOptions(*command, arguments->config);
   command
       ->add_option("--faults", faults.share,

@@ -234,9 +234,11 @@ IcpResult Register(const IcpOptions& options, const RegistrationCloud& target,
                                 directions.signal_to_noise.end());
   const Eigen::MatrixXd measured = free * directions.measured;
   const Eigen::MatrixXd gain = free * directions.gain * free.transpose();
-  const Mat6 known = gain *
-                     SharedErrors(options, target, source, result.X_ik, radius_m, measured.cols()) *
-                     gain.transpose();
+  // What each point errs for itself is little, but all there is where one patch is all there is.
+  const Mat6 errors =
+      SharedErrors(options, target, source, result.X_ik, radius_m, measured.cols()) +
+      options.point_sigma_m * options.point_sigma_m * at.H;
+  const Mat6 known = gain * errors * gain.transpose();
   // What is not measured has the variance of something unknowable.
   constexpr double kUnknowable = 1e6;
   const Eigen::MatrixXd span = SpanOf(measured);

@@ -94,8 +94,9 @@ struct IcpResult {
 /// depend on the units of translations and rotations. (The signal against the Hessian's own noise
 /// after Hatleskog and Alexis 2024.)
 ///
-/// The covariance follows from one shared error in each cell of `correlation_m`: voxels of one
-/// patch of surface do not err independently.
+/// The covariance follows from one shared error in each cell of `correlation_m`, voxels of one
+/// patch of surface do not err independently, and a little of each point's own. It is positive
+/// definite in the measured directions.
 IcpResult Register(const IcpOptions& options, const RegistrationCloud& target,
                    const RegistrationCloud& source, const Pose3& initial_X_ik);
 

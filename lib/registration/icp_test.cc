@@ -252,7 +252,7 @@ TEST(IcpTest, CovarianceIsThatOfTheBruteForceSums) {
   EXPECT_NEAR(result.correspondences, count, 0.02 * count);
   EXPECT_NEAR(result.overlap, count / static_cast<double>(used), 0.02);
   EXPECT_NEAR(result.rmse_m, std::sqrt(squares / count), 0.005);
-  Mat3 M = Mat3::Zero();
+  Mat3 M = options.point_sigma_m * options.point_sigma_m * H;
   for (const auto* patches : {&cells, &columns}) {
     Mat3 rows = Mat3::Zero();
     double shared = 0;
@@ -270,6 +270,24 @@ TEST(IcpTest, CovarianceIsThatOfTheBruteForceSums) {
   for (int row = 0; row < 3; ++row)
     for (int col = 0; col < 3; ++col) found(row, col) = result.covariance(kIndex[row], kIndex[col]);
   EXPECT_LT((found - expected).norm(), 0.05 * expected.norm());
+}
+
+// One shared error says nothing of the second direction.
+TEST(IcpTest, CovarianceIsPositiveDefiniteWhereAllIsOnePatch) {
+  const std::vector<Rectangle> corner = {{{2.45, 1.85, -0.2}, {0, 0.5, 0}, {0, 0, 1}},
+                                         {{2.45, 1.85, -0.2}, {0.5, 0, 0}, {0, 0, 1}}};
+  const auto sample = [&](const char* name) {
+    return SampleRectangles(corner, 0.02, Random(1, name));
+  };
+  const Pair pair(sample("target"), sample("source"), Pose3::Identity(), 0.001, 1);
+  IcpOptions options = Options();
+  options.correlation_m = 20;
+  const IcpResult result = Register(options, pair.target, pair.source, Pose3::Identity());
+  ASSERT_TRUE(result.usable);
+  ASSERT_GE(result.basis.cols(), 2);
+  const Eigen::MatrixXd measured = result.basis.transpose() * result.covariance * result.basis;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(measured);
+  EXPECT_GT(solver.eigenvalues()[0], 1e-8);
 }
 
 TEST(IcpTest, ErrorsAreNotLargerThanTheCovarianceSays) {

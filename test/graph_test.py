@@ -35,6 +35,27 @@ EDGE_SE2 0 2 1.1 1 3.1 50 0 0 50 0 200
 """
 
 
+
+
+def two_laps(nodes_per_lap=40):
+    """A circle driven twice, with small errors, and a closure from each node to the one a lap on."""
+    chance = random.Random(1)
+    nodes = 2 * nodes_per_lap
+    turn = 2 * math.pi / nodes_per_lap
+    step = 2 * 10 * math.sin(turn / 2)
+
+    def edge(i, k, x, y, yaw):
+        x, y, yaw = x + chance.gauss(0, .02), y + chance.gauss(0, .02), yaw + chance.gauss(0, .002)
+        return f"EDGE_SE2 {i} {k} {x} {y} {yaw} 2500 0 0 2500 0 250000"
+
+    vertices = [f"VERTEX_SE2 {i} {10 * math.sin(i * turn)} {10 - 10 * math.cos(i * turn)} "
+                f"{math.remainder(i * turn, 2 * math.pi)}" for i in range(nodes)]
+    odometry = [edge(i, i + 1, step * math.cos(turn / 2), step * math.sin(turn / 2), turn)
+                for i in range(nodes - 1)]
+    closures = [edge(i, i + nodes_per_lap, 0, 0, 0) for i in range(nodes_per_lap)]
+    return "\n".join(vertices + odometry + closures) + "\n"
+
+
 class GraphTest(VogTest):
     def write(self, text, name="graph.g2o"):
         file = self.scratch / name
@@ -115,7 +136,7 @@ class GraphTest(VogTest):
                 self.assertEqual(checked.returncode, 1)
                 self.assertIn(f"{bad}:6: ", json.loads(checked.stdout)["problems"][0])
         self.assertFalse(out.exists())
-        self.refuse(1, "graph", "info", self.scratch / "nosuch.g2o", says=["nosuch.g2o"])
+        self.refuse(2, "graph", "info", self.scratch / "nosuch.g2o", says=["nosuch.g2o"])
         good = self.write(SQUARE)
         self.refuse(1, "graph", "optimize", good, "--out", "/proc/nosuch.g2o", says=["/proc"])
         self.refuse(2, "graph", "optimize", good, "--out", out, "--robust", "magic", says=["dcs"])
@@ -139,6 +160,33 @@ class GraphTest(VogTest):
         self.assertEqual(done.returncode, 1)
         self.assertIn("2 parts", done.stderr)
         self.assertEqual(self.optimize(lonely)["nodes"], 5)
+
+    def test_bench_adds_wrong_closures_and_finds_them(self):
+        file = self.write(two_laps())
+
+        def bench(*arguments):
+            report = json.loads(self.run_vog(
+                "graph", "bench", file, "--closures", 30, "--seeds", "1..3", "--outliers",
+                "0,0.2,0.5", "--resolved", 10, "--json", *arguments))
+            for row in report["outliers"]:
+                del row["seconds"]
+            return report
+
+        single = bench()
+        self.assertEqual([row["wrong"] for row in single["outliers"]], [0, 24, 90])
+        for row in single["outliers"] + bench("--group", 3)["outliers"]:
+            self.assertEqual(row["wrong_kept"], 0, row)
+            self.assertGreater(row["least_right_kept"], 0.9, row)
+            self.assertLess(row["worst_max_m"], 0.1, row)
+        self.assertEqual(single["outliers"], bench()["outliers"])
+        self.assertEqual(single["resolve"]["closures"], 10)
+        self.assertLess(single["resolve"]["largest_cost_difference"], 1e-6)
+        self.assertIn("right", self.run_vog("graph", "bench", file, "--seeds", 1, "--resolved", 1))
+        chain = self.write("\n".join(line for line in two_laps().splitlines()
+                                     if not line.startswith("EDGE")
+                                     or int(line.split()[2]) - int(line.split()[1]) == 1))
+        self.refuse(2, "graph", "bench", chain, says=["closures"])
+        self.refuse(2, "graph", "bench", file, "--outliers", 1.5, says=["--outliers"])
 
     def test_empty_files(self):
         result = self.optimize(self.write(""))

@@ -53,6 +53,7 @@ Index PlaceIn(const Front& front, int row) {
 template <int kSize>
 bool BlockCholesky<kSize>::Factor(const Matrix& A) {
   FixCacheSizes();
+  places_ = A.places;
   OrderByMinimumDegree(A);
   BuildFronts(A);
   for (Front& front : fronts_)
@@ -228,43 +229,74 @@ MatrixXd BlockCholesky<kSize>::Assemble(const Matrix& A, const Front& front) con
 }
 
 template <int kSize>
-MatrixXd BlockCholesky<kSize>::Solve(const MatrixXd& B) const {
-  MatrixXd X(B.rows(), B.cols());
+double BlockCholesky<kSize>::entries() const {
+  double entries = 0;
+  for (const Front& front : fronts_)
+    entries += static_cast<double>(front.columns()) *
+               (static_cast<double>(front.height()) - static_cast<double>(front.columns() - 1) / 2);
+  return entries;
+}
+
+template <int kSize>
+MatrixXd BlockCholesky<kSize>::SolveLower(const MatrixXd& B) const {
+  MatrixXd Z(B.rows(), B.cols());
   const auto rows_of = [](MatrixXd& matrix, Index row) {
     return matrix.middleRows<kSize>(kSize * row);
   };
   for (std::size_t place = 0; place < order_.size(); ++place)
-    rows_of(X, static_cast<Index>(place)) = B.middleRows<kSize>(kSize * order_[place]);
+    rows_of(Z, static_cast<Index>(place)) = B.middleRows<kSize>(kSize * order_[place]);
   MatrixXd below;
   for (const Front& front : fronts_) {
-    auto own = X.middleRows(kSize * front.first, front.columns());
-    front.L.topRows(front.columns()).template triangularView<Eigen::Lower>().solveInPlace(own);
+    auto own = Z.middleRows(kSize * front.first, front.columns());
+    if (own.isZero(0)) continue;
+    const auto L11 = front.L.topRows(front.columns()).template triangularView<Eigen::Lower>();
+    if (own.cols() == 1) {  // Eigen has a faster way for vectors.
+      auto vector = own.col(0);
+      L11.solveInPlace(vector);
+    } else {
+      L11.solveInPlace(own);
+    }
     below.noalias() = front.L.bottomRows(front.height() - front.columns()) * own;
     for (std::size_t i = 0; i < front.rows.size(); ++i)
-      rows_of(X, front.rows[i]) -= rows_of(below, static_cast<Index>(i));
+      rows_of(Z, front.rows[i]) -= rows_of(below, static_cast<Index>(i));
   }
-  for (auto front = fronts_.rbegin(); front != fronts_.rend(); ++front) {
-    auto own = X.middleRows(kSize * front->first, front->columns());
-    below.resize(front->height() - front->columns(), B.cols());
-    for (std::size_t i = 0; i < front->rows.size(); ++i)
-      rows_of(below, static_cast<Index>(i)) = rows_of(X, front->rows[i]);
-    own.noalias() -= front->L.bottomRows(below.rows()).transpose() * below;
-    front->L.topRows(front->columns())
-        .template triangularView<Eigen::Lower>()
-        .transpose()
-        .solveInPlace(own);
-  }
-  MatrixXd solution(B.rows(), B.cols());
-  for (std::size_t place = 0; place < order_.size(); ++place)
-    rows_of(solution, order_[place]) = rows_of(X, static_cast<Index>(place));
-  return solution;
+  return Z;
 }
 
 template <int kSize>
-std::vector<typename BlockCholesky<kSize>::Block> BlockCholesky<kSize>::InverseDiagonal() const {
+MatrixXd BlockCholesky<kSize>::SolveUpper(MatrixXd Z) const {
+  const auto rows_of = [](MatrixXd& matrix, Index row) {
+    return matrix.middleRows<kSize>(kSize * row);
+  };
+  MatrixXd below;
+  for (auto front = fronts_.rbegin(); front != fronts_.rend(); ++front) {
+    auto own = Z.middleRows(kSize * front->first, front->columns());
+    below.resize(front->height() - front->columns(), Z.cols());
+    for (std::size_t i = 0; i < front->rows.size(); ++i)
+      rows_of(below, static_cast<Index>(i)) = rows_of(Z, front->rows[i]);
+    own.noalias() -= front->L.bottomRows(below.rows()).transpose() * below;
+    const auto L11 = front->L.topRows(front->columns()).template triangularView<Eigen::Lower>();
+    if (own.cols() == 1) {
+      auto vector = own.col(0);
+      L11.transpose().solveInPlace(vector);
+    } else {
+      L11.transpose().solveInPlace(own);
+    }
+  }
+  MatrixXd X(Z.rows(), Z.cols());
+  for (std::size_t place = 0; place < order_.size(); ++place)
+    rows_of(X, order_[place]) = rows_of(Z, static_cast<Index>(place));
+  return X;
+}
+
+template <int kSize>
+typename BlockCholesky<kSize>::Matrix BlockCholesky<kSize>::Inverse() const {
   // With Y = L21 L11^-1 and Z the inverse, Z21 = -Z22 Y and Z11 = L11^-T L11^-1 - Y^T Z21; Z22 is
   // part of the parent's Z.
-  std::vector<Block> diagonal(order_.size());
+  Matrix inverse;
+  inverse.diagonal.resize(order_.size());
+  inverse.places = places_;
+  inverse.blocks.resize(places_.size());
   std::vector<MatrixXd> inverses(fronts_.size());
   for (std::size_t f = fronts_.size(); f-- > 0;) {
     const Front& front = fronts_[f];
@@ -292,12 +324,25 @@ std::vector<typename BlockCholesky<kSize>::Block> BlockCholesky<kSize>::InverseD
           Y.transpose() * Z.bottomLeftCorner(below, columns);
       if (fronts_[parent].children.front() == static_cast<int>(f)) inverses[parent].resize(0, 0);
     }
-    for (int j = front.first; j < front.last; ++j)
-      diagonal[static_cast<std::size_t>(order_[static_cast<std::size_t>(j)])] =
-          Z.template block<kSize, kSize>(kSize * (j - front.first), kSize * (j - front.first));
+    for (int j = front.first; j < front.last; ++j) {
+      const auto block = [&](int row) {
+        return Z.template block<kSize, kSize>(kSize * PlaceIn(front, row),
+                                              kSize * (j - front.first));
+      };
+      const auto column = static_cast<std::size_t>(j);
+      inverse.diagonal[static_cast<std::size_t>(order_[column])] = block(j);
+      for (const Entry& entry : entries_[column]) {
+        Block& of_entry = inverse.blocks[entry.block];
+        if (entry.is_transposed) {
+          of_entry = block(entry.row).transpose();
+        } else {
+          of_entry = block(entry.row);
+        }
+      }
+    }
     if (front.children.empty()) Z.resize(0, 0);
   }
-  return diagonal;
+  return inverse;
 }
 
 template class BlockCholesky<1>;

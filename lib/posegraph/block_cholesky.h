@@ -37,11 +37,18 @@ class BlockCholesky {
   double SmallestPivot() const;
 
   /// X with A X = B.
-  Eigen::MatrixXd Solve(const Eigen::MatrixXd& B) const;
+  Eigen::MatrixXd Solve(const Eigen::MatrixXd& B) const { return SolveUpper(SolveLower(B)); }
+  /// Its two halves: A = L L^T, Z = L^-1 B, X = L^-T Z. The rows of L and Z are in an order of
+  /// their own. Rows of zeros in B save time.
+  Eigen::MatrixXd SolveLower(const Eigen::MatrixXd& B) const;
+  Eigen::MatrixXd SolveUpper(Eigen::MatrixXd Z) const;
 
-  /// The diagonal blocks of A^-1, without the rest of it [Takahashi, Fagan, Chin 1973]. Costs about
-  /// twice a factorisation.
-  std::vector<Block> InverseDiagonal() const;
+  /// Numbers in the factor: a Solve() multiplies by each of them twice.
+  double entries() const;
+
+  /// The blocks of A^-1 where A has some, without the rest of it [Takahashi, Fagan, Chin 1973].
+  /// Costs about twice a factorisation.
+  Matrix Inverse() const;
 
  private:
   /// Columns of the factor that share one structure, and what their elimination leaves to do. Rows
@@ -78,6 +85,7 @@ class BlockCholesky {
   bool Compute(const Matrix& A, Front& front) const;
   Eigen::MatrixXd Assemble(const Matrix& A, const Front& front) const;
 
+  std::vector<std::pair<int, int>> places_;  ///< Of the matrix.
   std::vector<int> order_;                   ///< Place -> row of the matrix.
   std::vector<int> place_;                   ///< Its inverse.
   std::vector<std::vector<Entry>> entries_;  ///< By column.

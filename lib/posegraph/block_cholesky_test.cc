@@ -81,10 +81,17 @@ void ExpectFactorOf(const RandomMatrix<kSize>& matrix, const BlockCholesky<kSize
   const MatrixXd dense = matrix.Dense(), inverse = dense.inverse();
   const MatrixXd B = MatrixXd::Random(dense.rows(), 2);
   EXPECT_LT((dut.Solve(B) - inverse * B).norm(), 1e-10 * B.norm());
-  const auto diagonal = dut.InverseDiagonal();
+  const auto blocks = dut.Inverse();
   for (int i = 0; i < matrix.A.size(); ++i) {
     const auto expected = inverse.block<kSize, kSize>(kSize * i, kSize * i);
-    EXPECT_LT((diagonal[static_cast<std::size_t>(i)] - expected).norm(), 1e-10 * expected.norm());
+    const auto& block = blocks.diagonal[static_cast<std::size_t>(i)];
+    EXPECT_LT((block - expected).norm(), 1e-10 * expected.norm());
+  }
+  EXPECT_EQ(blocks.places, matrix.A.places);
+  for (std::size_t i = 0; i < blocks.places.size(); ++i) {
+    const auto [row, column] = blocks.places[i];
+    const auto expected = inverse.block<kSize, kSize>(kSize * row, kSize * column);
+    EXPECT_LT((blocks.blocks[i] - expected).norm(), 1e-10 * inverse.norm());
   }
 }
 
@@ -132,7 +139,7 @@ TEST(BlockCholeskyTest, NothingToFactor) {
   BlockCholesky<6> dut;
   EXPECT_TRUE(dut.Factor({}));
   EXPECT_EQ(dut.Solve(MatrixXd(0, 1)).rows(), 0);
-  EXPECT_TRUE(dut.InverseDiagonal().empty());
+  EXPECT_EQ(dut.Inverse().size(), 0);
 }
 
 TEST(BlockCholeskyTest, TellsWhatIsNotPositiveDefiniteAndRecovers) {

@@ -3,14 +3,14 @@
 #include <ceres/ceres.h>
 #include <omp.h>
 
-#include <Eigen/SparseCore>
+#include <algorithm>
 #include <array>
 #include <cmath>
-#include <memory>
+#include <set>
 #include <stdexcept>
 #include <string>
 
-#include "lib/posegraph/block_cholesky.h"
+#include "lib/posegraph/residual.h"
 
 namespace vog {
 namespace {
@@ -21,8 +21,6 @@ constexpr int kPoseSize = 7, kTangentSize = 6;
 /// Graphs with more nodes than this are factored by CHOLMOD, whose dense parts BLAS computes.
 /// Smaller ones need no BLAS: what a mission computes does not depend on which one a machine has.
 constexpr std::size_t kLarge = 1000;
-/// Pivots below this share of their diagonal entry are rounding errors: a pose is free.
-constexpr double kSingularPivot = 1e-14;
 
 template <class T>
 using QuaternionMap = Eigen::Map<const Eigen::Quaternion<T>>;
@@ -36,9 +34,8 @@ PoseBlock ToBlock(const Pose3& X) {
   return block;
 }
 
-Pose3 FromBlock(const PoseBlock& block) {
-  return MakePose(Vec3(block[0], block[1], block[2]),
-                  Eigen::Quaterniond(block[6], block[3], block[4], block[5]));
+Pose3 FromBlock(const double* block) {
+  return MakePose(VectorMap<double>(block), QuaternionMap<double>(block + 3));
 }
 
 /// Poses perturbed on the right by (translation, rotation), so that Ceres' Jacobians and
@@ -67,65 +64,62 @@ struct RightPerturbation {
   }
 };
 
-/// The residual of a Constraint. To first order in the error it is Log(), whose translation part is
-/// taken without the rotation's Jacobian.
-struct RelativePoseError {
-  RelativePoseError(const Pose3& X_ik, const Whitening& whitening)
-      : q_ik(X_ik.linear()), p_ik(X_ik.translation()), whitening(whitening) {}
-
-  template <class T>
-  Eigen::Matrix<T, 6, 1> Error(const T* i, const T* k) const {
-    const QuaternionMap<T> q_Wi(i + 3), q_Wk(k + 3);
-    const Eigen::Matrix<T, 3, 1> p_ik_now =
-        q_Wi.conjugate() * Eigen::Matrix<T, 3, 1>(VectorMap<T>(k) - VectorMap<T>(i));
-    const Eigen::Quaternion<T> q_ki = q_ik.conjugate().template cast<T>();
-    Eigen::Quaternion<T> q_error = q_ki * (q_Wi.conjugate() * q_Wk);
-    if (q_error.w() < T(0)) q_error.coeffs() = -q_error.coeffs();
-    Eigen::Matrix<T, 6, 1> error;
-    error.template head<3>() = q_ki * Eigen::Matrix<T, 3, 1>(p_ik_now - p_ik.template cast<T>());
-    error.template tail<3>() = T(2) * q_error.vec();
-    return error;
-  }
-
-  template <class T>
-  bool operator()(const T* i, const T* k, T* residual) const {
-    Eigen::Map<Eigen::Matrix<T, Eigen::Dynamic, 1>> whitened(residual, whitening.rows());
-    whitened = whitening.template cast<T>() * Error(i, k);
-    return true;
-  }
-
-  Eigen::Quaterniond q_ik;
-  Vec3 p_ik;
-  Whitening whitening;
-};
-
-/// The residual of an AbsolutePrior: height, and the tilt of the vertical seen from the body.
-struct AbsoluteError {
-  explicit AbsoluteError(const AbsolutePrior& prior)
-      : prior(prior),
-        up_B(MakePose(Vec3::Zero(), {prior.roll_rad, prior.pitch_rad, 0}).linear().transpose() *
-             Vec3::UnitZ()) {}
-
-  template <class T>
-  bool operator()(const T* pose, T* residual) const {
-    const QuaternionMap<T> q_WB(pose + 3);
-    const Eigen::Matrix<T, 3, 1> up = q_WB.conjugate() * Eigen::Matrix<T, 3, 1>(T(0), T(0), T(1));
-    const Eigen::Matrix<T, 3, 1> tilt = up_B.cast<T>().cross(up);
-    residual[0] = (pose[2] - prior.z_m) / prior.sigma_z_m;
-    residual[1] = tilt[0] / prior.sigma_angle_rad;
-    residual[2] = tilt[1] / prior.sigma_angle_rad;
-    return true;
-  }
-
-  AbsolutePrior prior;
-  Vec3 up_B;
-};
-
-ceres::CostFunction* MakeCost(const Constraint& constraint) {
-  using Cost = ceres::AutoDiffCostFunction<RelativePoseError, ceres::DYNAMIC, kPoseSize, kPoseSize>;
-  return new Cost(new RelativePoseError(constraint.X_ik, constraint.whitening),
-                  static_cast<int>(constraint.whitening.rows()));
+/// Derivatives of RightPerturbation::Minus(y, x) by y at x.
+Eigen::Matrix<double, kTangentSize, kPoseSize> MinusJacobian(const double* x) {
+  const QuaternionMap<double> q(x + 3);
+  Eigen::Matrix<double, kTangentSize, kPoseSize> J;
+  J.setZero();
+  J.topLeftCorner<3, 3>() = q.toRotationMatrix().transpose();
+  J.block<3, 3>(3, 3) = 2 * (q.w() * Mat3::Identity() - SkewOf(q.vec()));
+  J.bottomRightCorner<3, 1>() = -2 * q.vec();
+  return J;
 }
+
+/// Writes derivatives by a perturbation where Ceres wants those by the seven numbers of `x`, which
+/// it multiplies with the perturbation's own.
+template <class ByPerturbation>
+void WriteJacobian(const ByPerturbation& J, const double* x, double* jacobian) {
+  if (jacobian == nullptr) return;
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, kPoseSize, Eigen::RowMajor>;
+  Eigen::Map<RowMajor>(jacobian, J.rows(), kPoseSize) = J * MinusJacobian(x);
+}
+
+class ConstraintCost final : public ceres::CostFunction {
+ public:
+  /// `constraint` must stay.
+  explicit ConstraintCost(const Constraint& constraint) : constraint_(constraint) {
+    *mutable_parameter_block_sizes() = {kPoseSize, kPoseSize};
+    set_num_residuals(static_cast<int>(constraint.whitening.rows()));
+  }
+
+  bool Evaluate(const double* const* poses, double* residuals, double** jacobians) const override {
+    const Whitening& W = constraint_.whitening;
+    const RelativeError e = ErrorOf(constraint_, FromBlock(poses[0]), FromBlock(poses[1]));
+    Eigen::Map<Residual>(residuals, W.rows()) = W * e.error;
+    if (jacobians == nullptr) return true;
+    WriteJacobian(W * e.by_i, poses[0], jacobians[0]);
+    WriteJacobian(W * e.by_k, poses[1], jacobians[1]);
+    return true;
+  }
+
+ private:
+  const Constraint& constraint_;
+};
+
+class PriorCost final : public ceres::SizedCostFunction<3, kPoseSize> {
+ public:
+  explicit PriorCost(const AbsolutePrior& prior) : prior_(prior) {}
+
+  bool Evaluate(const double* const* poses, double* residuals, double** jacobians) const override {
+    const AbsoluteError e = ErrorOf(prior_, FromBlock(poses[0]));
+    Eigen::Map<Vec3>(residuals, 3) = e.residual;
+    if (jacobians != nullptr) WriteJacobian(e.by_pose, poses[0], jacobians[0]);
+    return true;
+  }
+
+ private:
+  AbsolutePrior prior_;
+};
 
 /// DcsLoss for Ceres.
 class DcsLossFunction final : public ceres::LossFunction {
@@ -152,31 +146,28 @@ class DcsLossFunction final : public ceres::LossFunction {
 /// A Ceres problem over copies of a graph's poses.
 class Problem {
  public:
-  explicit Problem(const std::map<NodeId, Pose3>& nodes) : problem_(Ownership()) {
-    for (const auto& [id, X_W] : nodes) {
+  Problem(const GraphData& graph, const DcsLoss& closure_loss) : problem_(Ownership()) {
+    for (const auto& [id, X_W] : graph.nodes) {
       blocks_[id] = ToBlock(X_W);
       problem_.AddParameterBlock(blocks_[id].data(), kPoseSize, &manifold_);
+      if (graph.IsFixed(id)) problem_.SetParameterBlockConstant(blocks_[id].data());
     }
+    for (const auto& [number, constraint] : graph.constraints) Add(constraint, closure_loss);
+    for (const auto& [id, prior] : graph.priors)
+      problem_.AddResidualBlock(new PriorCost(prior), nullptr, blocks_.at(id).data());
   }
 
+  ceres::Problem& problem() { return problem_; }
+  const std::map<NodeId, PoseBlock>& blocks() const { return blocks_; }
+
+ private:
   void Add(const Constraint& constraint, const DcsLoss& closure_loss) {
     const bool is_doubted =
         constraint.kind != ConstraintKind::kOdometry && std::isfinite(closure_loss.phi);
-    problem_.AddResidualBlock(MakeCost(constraint),
+    problem_.AddResidualBlock(new ConstraintCost(constraint),
                               is_doubted ? new DcsLossFunction(closure_loss.phi) : nullptr,
                               blocks_.at(constraint.from).data(), blocks_.at(constraint.to).data());
   }
-  void Add(NodeId id, const AbsolutePrior& prior) {
-    problem_.AddResidualBlock(
-        new ceres::AutoDiffCostFunction<AbsoluteError, 3, kPoseSize>(new AbsoluteError(prior)),
-        nullptr, blocks_.at(id).data());
-  }
-  void Fix(NodeId id) { problem_.SetParameterBlockConstant(blocks_.at(id).data()); }
-
-  ceres::Problem& problem() { return problem_; }
-  std::map<NodeId, PoseBlock>& blocks() { return blocks_; }
-
- private:
   static ceres::Problem::Options Ownership() {
     ceres::Problem::Options options;
     options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -188,138 +179,217 @@ class Problem {
   ceres::Problem problem_;
 };
 
-using SparseMatrix = Eigen::SparseMatrix<double>;
-
-SparseMatrix ToEigen(const ceres::CRSMatrix& crs) {
-  std::vector<Eigen::Triplet<double>> triplets;
-  triplets.reserve(crs.values.size());
-  for (int row = 0; row < crs.num_rows; ++row)
-    for (int i = crs.rows[row]; i < crs.rows[row + 1]; ++i)
-      triplets.emplace_back(row, crs.cols[i], crs.values[i]);
-  SparseMatrix matrix(crs.num_rows, crs.num_cols);
-  matrix.setFromTriplets(triplets.begin(), triplets.end());
-  return matrix;
-}
-
-std::unique_ptr<Problem> MakeProblem(const PoseGraph& graph,
-                                     const std::map<NodeId, AbsolutePrior>& priors,
-                                     const DcsLoss& closure_loss) {
-  auto problem = std::make_unique<Problem>(graph.nodes());
-  for (const auto& [number, constraint] : graph.constraints())
-    problem->Add(constraint, closure_loss);
-  for (const auto& [id, prior] : priors) problem->Add(id, prior);
-  for (const auto& [id, X_W] : graph.nodes())
-    if (graph.IsFixed(id)) problem->Fix(id);
-  return problem;
-}
-
 /// CHOLMOD asks for four threads at each of its many small steps, whatever the environment says: on
 /// one it is three times as fast.
 void KeepToOneThread() { omp_set_max_active_levels(0); }
 
-/// J^T J in blocks of a node each.
-BlockMatrix<kTangentSize> BlocksOf(const SparseMatrix& H) {
-  BlockMatrix<kTangentSize> blocks;
-  blocks.diagonal.assign(static_cast<std::size_t>(H.cols() / kTangentSize), Mat6::Zero());
-  std::map<std::pair<int, int>, std::size_t> places;
-  for (int col = 0; col < H.outerSize(); ++col)
-    for (SparseMatrix::InnerIterator entry(H, col); entry; ++entry) {
-      const int i = static_cast<int>(entry.row()) / kTangentSize, k = col / kTangentSize;
-      if (i > k) continue;
-      Mat6* block = i == k ? &blocks.diagonal[static_cast<std::size_t>(i)] : nullptr;
-      if (block == nullptr) {
-        const auto [place, is_new] = places.emplace(std::pair(i, k), blocks.blocks.size());
-        if (is_new) {
-          blocks.places.push_back(place->first);
-          blocks.blocks.push_back(Mat6::Zero());
-        }
-        block = &blocks.blocks[place->second];
-      }
-      (*block)(entry.row() % kTangentSize, col % kTangentSize) = entry.value();
-    }
-  return blocks;
-}
+// --- with a kept factor ---
+
+/// Each step with a factor makes the error smaller by as much as its derivatives are right. Where
+/// so many do not suffice, a new factor, which costs as much as some ten steps, pays.
+constexpr int kStepsWithAFactor = 6;
+/// A solve that needs more new factors than this is Ceres'.
+constexpr int kNewFactors = 2;
+/// Metres and radians: no pose is known so well.
+constexpr double kNoStep = 1e-9;
+/// A factorisation and the inverse's blocks cost as much as half a solve for this share of the
+/// nodes.
+constexpr double kFewPairs = 1.0 / 32;
 
 }  // namespace
 
 void PoseGraph::AddNode(NodeId id, const Pose3& X_W) {
-  if (!nodes_.emplace(id, X_W).second)
+  if (!graph_.nodes.emplace(id, X_W).second)
     throw std::invalid_argument("node " + std::to_string(id) + " is already in the graph");
+  if (graph_.IsFixed(id)) factor_.reset();
+}
+
+void PoseGraph::SetPose(NodeId id, const Pose3& X_W) {
+  graph_.nodes.at(id) = X_W;
+  is_near_optimum_ = false;
+}
+
+void PoseGraph::Fix(NodeId id) {
+  graph_.fixed.insert(id);
+  factor_.reset();
+}
+
+void PoseGraph::SetPrior(NodeId id, const AbsolutePrior& prior) {
+  graph_.priors[id] = prior;
+  if (factor_ && factor_->Knows(id)) factor_.reset();
 }
 
 int PoseGraph::AddConstraint(const Constraint& constraint) {
-  if (!nodes_.count(constraint.from) || !nodes_.count(constraint.to))
+  if (!graph_.nodes.count(constraint.from) || !graph_.nodes.count(constraint.to))
     throw std::invalid_argument("a constraint needs both its nodes in the graph");
-  constraints_.emplace(next_constraint_, constraint);
+  graph_.constraints.emplace(next_constraint_, constraint);
   return next_constraint_++;
 }
 
+void PoseGraph::RemoveConstraint(int number) {
+  const auto constraint = graph_.constraints.find(number);
+  if (constraint == graph_.constraints.end()) return;
+  if (factor_) factor_->Remove(number, constraint->second);
+  graph_.constraints.erase(constraint);
+}
+
 SolveSummary PoseGraph::Solve(DcsLoss closure_loss) {
-  if (nodes_.empty()) return {true, 0, 0, 0};
-  const auto problem = MakeProblem(*this, priors_, closure_loss);
+  if (graph_.nodes.empty()) return {true, 0, 0, 0};
+  const bool is_plain = !std::isfinite(closure_loss.phi);
+  if (is_plain && is_near_optimum_)
+    if (const auto summary = SolveNearby()) return *summary;
+  const SolveSummary summary = SolveFromAnywhere(closure_loss);
+  is_near_optimum_ = is_plain && summary.usable;
+  return summary;
+}
+
+SolveSummary PoseGraph::SolveFromAnywhere(const DcsLoss& closure_loss) {
+  Problem problem(graph_, closure_loss);
   KeepToOneThread();
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
   options.sparse_linear_algebra_library_type =
-      nodes_.size() > kLarge ? ceres::SUITE_SPARSE : ceres::EIGEN_SPARSE;
+      graph_.nodes.size() > kLarge ? ceres::SUITE_SPARSE : ceres::EIGEN_SPARSE;
   options.num_threads = 1;
   options.max_num_iterations = options_.max_iterations;
   options.function_tolerance = options_.function_tolerance;
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem->problem(), &summary);
+  ceres::Solve(options, &problem.problem(), &summary);
   SolveSummary result{summary.IsSolutionUsable(), 2 * summary.initial_cost, 2 * summary.final_cost,
                       static_cast<int>(summary.iterations.size())};
   if (result.usable) {
-    for (const auto& [id, block] : problem->blocks())
-      if (!IsFixed(id)) nodes_[id] = FromBlock(block);
+    for (const auto& [id, block] : problem.blocks())
+      if (!IsFixed(id)) graph_.nodes[id] = FromBlock(block.data());
   }
   return result;
 }
 
+/// Gauss-Newton with the kept factor. A step promises to lower the cost by g^T H^-1 g; the last one
+/// is that which promises less than the tolerance.
+std::optional<SolveSummary> PoseGraph::SolveNearby() {
+  const std::map<NodeId, Pose3> start = graph_.nodes;
+  SolveSummary summary{true, 0, 0, 0};
+  bool has_factor = KeepFactor();
+  for (int factor = 0; has_factor && factor <= kNewFactors; ++factor) {
+    if (StepWithFactor(summary)) return summary;
+    factor_ = KeptFactor::Of(graph_);
+    has_factor = factor_.has_value();
+  }
+  for (auto& [id, X_W] : graph_.nodes) X_W = start.at(id);
+  return std::nullopt;
+}
+
+bool PoseGraph::StepWithFactor(SolveSummary& summary) {
+  const NormalEquations equations(graph_, factor_->rows());
+  std::vector<Pose3*> nodes;
+  for (const NodeId id : factor_->rows().ids()) nodes.push_back(&graph_.nodes.at(id));
+  std::vector<Pose3> X_W(nodes.size());
+  NormalEquations::Right now = equations.Evaluate();
+  if (summary.iterations == 0) summary.initial_cost = now.cost;
+  for (int i = 0; i < kStepsWithAFactor && summary.iterations < options_.max_iterations; ++i) {
+    for (std::size_t row = 0; row < nodes.size(); ++row) X_W[row] = *nodes[row];
+    const Eigen::VectorXd step = -factor_->Solve(now.gradient, X_W);
+    const double promise = -step.dot(now.gradient);
+    const bool is_last = promise <= options_.function_tolerance * now.cost ||
+                         step.lpNorm<Eigen::Infinity>() < kNoStep;
+    for (std::size_t row = 0; row < nodes.size(); ++row)
+      *nodes[row] = Perturbed(X_W[row], step.segment<6>(6 * static_cast<Eigen::Index>(row)));
+    NormalEquations::Right then = equations.Evaluate();
+    ++summary.iterations;
+    const bool is_lower = then.cost <= now.cost;
+    if (is_lower) {
+      now = std::move(then);
+    } else {
+      for (std::size_t row = 0; row < nodes.size(); ++row) *nodes[row] = X_W[row];
+    }
+    summary.final_cost = now.cost;
+    if (is_last || !is_lower) return is_last;
+  }
+  return false;
+}
+
+bool PoseGraph::KeepFactor() const {
+  if (factor_ && factor_->Follow(graph_)) return true;
+  factor_ = KeptFactor::Of(graph_);
+  return factor_.has_value();
+}
+
 double PoseGraph::Cost() const {
-  if (nodes_.empty()) return 0;
-  double half_cost = 0;
-  MakeProblem(*this, priors_, {})->problem().Evaluate({}, &half_cost, nullptr, nullptr, nullptr);
-  return 2 * half_cost;
+  return graph_.nodes.empty() ? 0 : NormalEquations(graph_, NodeRows(graph_)).Evaluate().cost;
 }
 
 double PoseGraph::ChiSquareOf(const Constraint& constraint) const {
-  const PoseBlock i = ToBlock(X_W(constraint.from)), k = ToBlock(X_W(constraint.to));
-  const RelativePoseError error(constraint.X_ik, constraint.whitening);
-  return (constraint.whitening * error.Error(i.data(), k.data())).squaredNorm();
+  const RelativeError e = ErrorOf(constraint, X_W(constraint.from), X_W(constraint.to));
+  return (constraint.whitening * e.error).squaredNorm();
 }
 
-std::vector<Mat6> PoseGraph::RelativeCovariances(
-    const std::vector<std::pair<NodeId, NodeId>>& pairs) const {
-  std::map<NodeId, int> index;  // Of the free nodes.
-  for (const auto& [id, X_W] : nodes_)
-    if (!IsFixed(id)) index.emplace(id, static_cast<int>(index.size()));
-  if (index.empty()) return std::vector<Mat6>(pairs.size(), Mat6::Zero());
-  const auto problem = MakeProblem(*this, priors_, {});
-  ceres::Problem::EvaluateOptions order;
-  for (const auto& [id, i] : index) order.parameter_blocks.push_back(problem->blocks()[id].data());
-  ceres::CRSMatrix crs;
-  problem->problem().Evaluate(order, nullptr, nullptr, nullptr, &crs);
-  const SparseMatrix J = ToEigen(crs);
-  BlockCholesky<kTangentSize> factor;
-  if (!factor.Factor(BlocksOf(J.transpose() * J)) || factor.SmallestPivot() < kSingularPivot)
-    return {};
+std::vector<Mat6> PoseGraph::RelativeCovariances(const std::vector<NodePair>& pairs) const {
+  std::set<NodePair> joined;
+  for (const auto& [number, constraint] : graph_.constraints)
+    joined.insert(std::minmax(constraint.from, constraint.to));
+  std::set<NodeId> others;
+  for (const auto& [i, k] : pairs)
+    if (!joined.count(std::minmax(i, k))) others.insert(k);
+  const double few = kFewPairs * static_cast<double>(graph_.nodes.size());
+  if (static_cast<double>(pairs.size()) > few + 2.0 * static_cast<double>(others.size()))
+    return ManyRelativeCovariances(pairs);
+  if (!KeepExactFactor()) return {};
+  std::vector<Mat6> covariances;
+  for (const NodePair& pair : pairs)
+    covariances.push_back(factor_->InverseOf(DerivativesOf({pair})));
+  return covariances;
+}
 
-  const std::vector<Mat6> diagonal = factor.InverseDiagonal();
+bool PoseGraph::KeepExactFactor() const {
+  if (!KeepFactor()) return false;
+  if (!factor_->IsExactFor(graph_)) factor_ = KeptFactor::Of(graph_);
+  return factor_.has_value();
+}
+
+/// X_ik Exp(xi) with xi = xi_k - Ad(X_ik^-1) xi_i.
+Eigen::MatrixXd PoseGraph::DerivativesOf(const std::vector<NodePair>& pairs) const {
+  const NodeRows& rows = factor_->rows();
+  Eigen::MatrixXd derivatives =
+      Eigen::MatrixXd::Zero(6 * rows.size(), 6 * static_cast<Eigen::Index>(pairs.size()));
+  Eigen::Index column = 0;
+  for (const auto& [i, k] : pairs) {
+    const auto row_i = rows.Of(i), row_k = rows.Of(k);
+    if (row_k) derivatives.block<6, 6>(6 * *row_k, column) += Mat6::Identity();
+    if (row_i)
+      derivatives.block<6, 6>(6 * *row_i, column) -= AdjointOf(Ominus(X_W(k), X_W(i))).transpose();
+    column += 6;
+  }
+  return derivatives;
+}
+
+std::vector<Mat6> PoseGraph::ManyRelativeCovariances(const std::vector<NodePair>& pairs) const {
+  if (!KeepExactFactor()) return {};
+  if (!factor_->IsPlain()) factor_ = KeptFactor::Of(graph_);
+  if (!factor_) return {};
+  const NodeRows& rows = factor_->rows();
+  const BlockMatrix<6> inverse = factor_->Inverse();
   std::map<NodeId, Eigen::MatrixXd> columns;  // Of the inverse, six a node.
   const auto marginal = [&](NodeId id) -> Mat6 {
-    return IsFixed(id) ? Mat6::Zero() : diagonal[static_cast<std::size_t>(index.at(id))];
+    const auto row = rows.Of(id);
+    return row ? inverse.diagonal[static_cast<std::size_t>(*row)] : Mat6::Zero();
   };
-  const auto cross = [&](NodeId row, NodeId column) -> Mat6 {
-    if (IsFixed(row) || IsFixed(column)) return Mat6::Zero();
-    Eigen::MatrixXd& solved = columns[column];
-    if (solved.size() == 0) {
-      Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(J.cols(), kTangentSize);
-      unit.middleRows<kTangentSize>(kTangentSize * index.at(column)).setIdentity();
-      solved = factor.Solve(unit);
+  const auto cross = [&](NodeId i, NodeId k) -> Mat6 {
+    const auto row_i = rows.Of(i), row_k = rows.Of(k);
+    if (!row_i || !row_k) return Mat6::Zero();
+    const std::pair<int, int> place = std::minmax(*row_i, *row_k);
+    const auto found = std::lower_bound(inverse.places.begin(), inverse.places.end(), place);
+    if (found != inverse.places.end() && *found == place) {
+      const Mat6& block = inverse.blocks[static_cast<std::size_t>(found - inverse.places.begin())];
+      return *row_i < *row_k ? block : block.transpose();
     }
-    return solved.middleRows<kTangentSize>(kTangentSize * index.at(row));
+    Eigen::MatrixXd& solved = columns[k];
+    if (solved.size() == 0) {
+      Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(6 * rows.size(), 6);
+      unit.middleRows<6>(6 * *row_k).setIdentity();
+      solved = factor_->Solve(unit);
+    }
+    return solved.middleRows<6>(6 * *row_i);
   };
   std::vector<Mat6> covariances;
   for (const auto& [i, k] : pairs) {
@@ -327,7 +397,6 @@ std::vector<Mat6> PoseGraph::RelativeCovariances(
       covariances.push_back(Mat6::Zero());
       continue;
     }
-    // X_ik Exp(xi) with xi = xi_k - Ad(X_ik^-1) xi_i.
     const Mat6 A = AdjointOf(Ominus(X_W(k), X_W(i)));
     const Mat6 P_ik = A * cross(i, k);
     covariances.push_back(marginal(k) + A * marginal(i) * A.transpose() - P_ik - P_ik.transpose());

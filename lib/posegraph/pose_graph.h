@@ -2,13 +2,13 @@
 
 #include <limits>
 #include <map>
-#include <set>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "lib/base/config.h"
-#include "lib/geometry/pose.h"
-#include "lib/posegraph/constraint.h"
+#include "lib/posegraph/graph_data.h"
+#include "lib/posegraph/kept_factor.h"
 
 namespace vog {
 
@@ -37,26 +37,32 @@ struct SolveSummary {
   int iterations = 0;
 };
 
-/// A pose graph: the maximum a posteriori estimate of eq. 6 by Ceres, with unary priors on z, roll
-/// and pitch. The node with the smallest number stays where it is.
+/// A pose graph: the maximum a posteriori estimate of eq. 6 with unary priors on z, roll and pitch.
+/// The node with the smallest number stays where it is.
+///
+/// The first solve is Ceres'. After it a factor is kept between calls, of which solves and
+/// covariances make use while the graph changes by a node and some constraints at a time. The same
+/// calls give the same bits. Const calls change that factor too: no two threads at a time.
 class PoseGraph {
  public:
   explicit PoseGraph(const PoseGraphOptions& options) : options_(options) {}
 
   /// @pre `id` is new.
   void AddNode(NodeId id, const Pose3& X_W);
-  /// Moves a node to where the next solve shall start. @pre it is there.
-  void SetPose(NodeId id, const Pose3& X_W) { nodes_.at(id) = X_W; }
+  /// Moves a node to where the next solve, which is Ceres', shall start. @pre it is there.
+  void SetPose(NodeId id, const Pose3& X_W);
   /// Holds a node where it is, as the one with the smallest number. @pre it is there.
-  void Fix(NodeId id) { fixed_.insert(id); }
-  bool IsFixed(NodeId id) const { return id == nodes_.begin()->first || fixed_.count(id) > 0; }
-  void SetPrior(NodeId id, const AbsolutePrior& prior) { priors_[id] = prior; }
+  void Fix(NodeId id);
+  bool IsFixed(NodeId id) const { return graph_.IsFixed(id); }
+  void SetPrior(NodeId id, const AbsolutePrior& prior);
   /// @pre both nodes are there. Returns the constraint's number.
   int AddConstraint(const Constraint& constraint);
   /// Its number is not used again.
-  void RemoveConstraint(int number) { constraints_.erase(number); }
+  void RemoveConstraint(int number);
 
-  /// With `closure_loss` closures that contradict the rest weigh less, and costs are after it.
+  /// With `closure_loss` closures that contradict the rest weigh less, and costs are after it. A
+  /// solve after another without loss costs a few products with the kept factor: it ends where the
+  /// cost is as low as Ceres would have it, or else Ceres is asked.
   SolveSummary Solve(DcsLoss closure_loss = {});
 
   /// Sum of the squared whitened residuals at the present poses.
@@ -65,22 +71,35 @@ class PoseGraph {
   /// degrees of freedom as its whitening has rows.
   double ChiSquareOf(const Constraint& constraint) const;
 
-  /// Covariance of X_ik = X_Wi^-1 * X_Wk for each pair (i, k), right perturbation. One
-  /// factorisation, the diagonal of the inverse, and six solves for each k. Empty when the graph
-  /// does not determine all poses.
-  std::vector<Mat6> RelativeCovariances(const std::vector<std::pair<NodeId, NodeId>>& pairs) const;
+  using NodePair = std::pair<NodeId, NodeId>;
+  /// Covariance of X_ik = X_Wi^-1 * X_Wk for each pair (i, k), right perturbation. Of a few pairs:
+  /// half a solve each with the kept factor, if it is of the present poses. Of many: a
+  /// factorisation, the blocks of the inverse where there are constraints, and a solve for each k
+  /// of other pairs. Empty when the graph does not determine all poses.
+  std::vector<Mat6> RelativeCovariances(const std::vector<NodePair>& pairs) const;
 
-  const Pose3& X_W(NodeId id) const { return nodes_.at(id); }
-  const std::map<NodeId, Pose3>& nodes() const { return nodes_; }
-  const std::map<int, Constraint>& constraints() const { return constraints_; }
+  const Pose3& X_W(NodeId id) const { return graph_.nodes.at(id); }
+  const std::map<NodeId, Pose3>& nodes() const { return graph_.nodes; }
+  const std::map<int, Constraint>& constraints() const { return graph_.constraints; }
 
  private:
+  SolveSummary SolveFromAnywhere(const DcsLoss& closure_loss);
+  std::optional<SolveSummary> SolveNearby();
+  /// Whether the steps that a factor may take suffice.
+  bool StepWithFactor(SolveSummary& summary);
+  /// Makes the factor follow the graph, or makes it anew. False when the poses are not determined.
+  bool KeepFactor() const;
+  /// The same, so that it is of the present poses.
+  bool KeepExactFactor() const;
+  /// Derivatives of X_ik by the poses, transposed.
+  Eigen::MatrixXd DerivativesOf(const std::vector<NodePair>& pairs) const;
+  std::vector<Mat6> ManyRelativeCovariances(const std::vector<NodePair>& pairs) const;
+
   PoseGraphOptions options_;
-  std::map<NodeId, Pose3> nodes_;
-  std::map<NodeId, AbsolutePrior> priors_;
-  std::map<int, Constraint> constraints_;
-  std::set<NodeId> fixed_;
+  GraphData graph_;
   int next_constraint_ = 0;
+  bool is_near_optimum_ = false;              ///< What has changed since the last solve is little.
+  mutable std::optional<KeptFactor> factor_;  ///< Maybe of poses and constraints before.
 };
 
 }  // namespace vog

@@ -11,6 +11,8 @@
 #include "lib/posegraph/chordal_start.h"
 #include "lib/posegraph/g2o.h"
 #include "lib/posegraph/robust_closures.h"
+#include "tools/campaign/campaign.h"
+#include "tools/graph/graph_bench.h"
 #include "tools/vog/commands.h"
 
 namespace vog {
@@ -63,6 +65,10 @@ void AddReading(CLI::App& command, Reading& reading) {
       ->default_str("radians");
 }
 
+void AddFile(CLI::App& command, const std::string& name, std::string& file) {
+  command.add_option(name, file, ".g2o file")->required()->check(CLI::ExistingFile);
+}
+
 // --- optimize ---
 
 struct OptimizeArguments {
@@ -111,7 +117,7 @@ void AddOptimize(CLI::App& graph) {
       "Find the poses of least cost, from the file's poses or a chordal initialisation, whichever "
       "costs less. Costs are sums of squares without 1/2.");
   const auto arguments = std::make_shared<OptimizeArguments>();
-  command->add_option("in", arguments->in, ".g2o file")->required();
+  AddFile(*command, "in", arguments->in);
   command->add_option("--out", arguments->out, "the .g2o file to write")->required();
   command
       ->add_option("--robust", arguments->robust,
@@ -180,7 +186,7 @@ void AddCheck(CLI::App& graph) {
                                        "stay below 16.8). Exit status 1 when "
                                        "there are problems.");
   const auto arguments = std::make_shared<CheckArguments>();
-  command->add_option("file", arguments->file, ".g2o file")->required();
+  AddFile(*command, "file", arguments->file);
   command->add_option("--worst", arguments->worst, "how many of the worst edges to show")
       ->check(CLI::Range(0, 1000000))
       ->capture_default_str();
@@ -223,19 +229,76 @@ void ShowInfo(const InfoArguments& arguments) {
 void AddInfo(CLI::App& graph) {
   auto* command = graph.add_subcommand("info", "What a file holds.");
   const auto arguments = std::make_shared<InfoArguments>();
-  command->add_option("file", arguments->file, ".g2o file")->required();
+  AddFile(*command, "file", arguments->file);
   command->add_flag("--json", arguments->json, "print JSON");
   command->callback([arguments] { ShowInfo(*arguments); });
+}
+
+// --- bench ---
+
+struct BenchArguments {
+  std::string file, seeds = "1..10";
+  Reading reading;
+  PoseGraphOptions solver{200, 1e-9};
+  GraphBenchOptions bench;
+};
+
+void Bench(BenchArguments& arguments) {
+  const SeedRange seeds = ParseSeeds(arguments.seeds, "--seeds: ");
+  arguments.bench.first_seed = seeds.first;
+  arguments.bench.last_seed = seeds.last;
+  BenchGraph(ToPoseGraph(Read(arguments.file).graph, arguments.solver, arguments.reading.rotation,
+                         arguments.reading.objective),
+             arguments.solver, arguments.bench);
+}
+
+void AddBench(CLI::App& graph) {
+  auto* command = graph.add_subcommand(
+      "bench",
+      "Add wrong closures to a file's graph, solve it as optimize --robust dcs does, and tell "
+      "which "
+      "closures were kept and how far the trajectory is from the one solved without wrong ones; "
+      "then give it its last closures one at a time, and tell what each solve costs.");
+  const auto arguments = std::make_shared<BenchArguments>();
+  GraphBenchOptions& bench = arguments->bench;
+  AddFile(*command, "file", arguments->file);
+  command->add_option("--outliers", bench.shares, "shares of wrong closures among all, 0.1,0.5")
+      ->delimiter(',')
+      ->check(CLI::Range(0.0, 0.95))
+      ->capture_default_str();
+  command->add_option("--seeds", arguments->seeds, "A..B: of the closures kept and the wrong ones")
+      ->capture_default_str();
+  command
+      ->add_option("--closures", bench.outliers.closures, "true closures that are kept, by chance")
+      ->check(CLI::Range(1, 1000000))
+      ->capture_default_str();
+  command
+      ->add_option("--group", bench.outliers.group,
+                   "wrong closures of neighbouring nodes that share one wrong registration")
+      ->check(CLI::Range(1, 50))
+      ->capture_default_str();
+  command
+      ->add_option("--shift", bench.outliers.shift_m,
+                   "how far [m] wrong closures are from the truth; 0: anywhere")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  command->add_option("--resolved", bench.resolved, "closures that come one at a time")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+  AddReading(*command, arguments->reading);
+  command->add_flag("--json", bench.json, "print JSON");
+  command->callback([arguments] { Bench(*arguments); });
 }
 
 }  // namespace
 
 void AddGraphCommand(CLI::App& app) {
-  auto* graph = app.add_subcommand("graph", "Optimise, check and look at pose graphs (.g2o).");
+  auto* graph = app.add_subcommand("graph", "Optimise, check, look at and try pose graphs (.g2o).");
   graph->require_subcommand(1);
   AddOptimize(*graph);
   AddCheck(*graph);
   AddInfo(*graph);
+  AddBench(*graph);
 }
 
 }  // namespace vog

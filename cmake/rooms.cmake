@@ -56,11 +56,22 @@ function(vog_lcmtypes name)
   target_include_directories(${name} SYSTEM INTERFACE ${PROJECT_BINARY_DIR}/lcmtypes)
 endfunction()
 
-# vog_room(FOLDER DEPS ... [TEST_DEPS ...] [PROGRAM NAME]): the sources of FOLDER become a library
+# Whether a test is built: ThreadSanitizer, which slows everything ten times, finds nothing where one
+# thread runs, so it has the tests marked THREADS alone.
+function(vog_wants_test has_threads result)
+  set(wanted ${BUILD_TESTING})
+  if(VOG_SANITIZE STREQUAL thread AND NOT ${has_threads})
+    set(wanted OFF)
+  endif()
+  set(${result} ${wanted} PARENT_SCOPE)
+endfunction()
+
+# vog_room(FOLDER [THREADS] DEPS ... [TEST_DEPS ...] [PROGRAM NAME]): the sources of FOLDER become a library
 # named after the last part of its path, its *_test.cc one test program, each *_benchmark.cc a
 # benchmark, and main.cc the program NAME.
 function(vog_room folder)
-  cmake_parse_arguments(ARG "" "PROGRAM" "DEPS;TEST_DEPS" ${ARGN})
+  cmake_parse_arguments(ARG "THREADS" "PROGRAM" "DEPS;TEST_DEPS" ${ARGN})
+  vog_wants_test(ARG_THREADS wanted)
   get_filename_component(name ${folder} NAME)
   if(folder MATCHES "^procs/")
     set(name ${name}_node)
@@ -81,7 +92,7 @@ function(vog_room folder)
     add_library(${name} INTERFACE)
     target_link_libraries(${name} INTERFACE ${ARG_DEPS} vog_flags)
   endif()
-  if(tests AND BUILD_TESTING)
+  if(tests AND wanted)
     add_executable(${name}_test ${tests})
     target_link_libraries(${name}_test ${name} ${ARG_TEST_DEPS} GTest::gtest_main)
     vog_use_pch(${name}_test)
@@ -102,9 +113,11 @@ function(vog_room folder)
   endif()
 endfunction()
 
-# vog_system_test(NAME): test/NAME_test.py, which runs the programs.
+# vog_system_test(NAME [THREADS]): test/NAME_test.py, which runs the programs.
 function(vog_system_test name)
-  if(BUILD_TESTING)
+  cmake_parse_arguments(ARG "THREADS" "" "" ${ARGN})
+  vog_wants_test(ARG_THREADS wanted)
+  if(wanted)
     add_test(NAME ${name} COMMAND python3 ${PROJECT_SOURCE_DIR}/test/${name}_test.py)
     set_tests_properties(${name} PROPERTIES TIMEOUT 2400 ENVIRONMENT
       "VOG_BIN=${CMAKE_RUNTIME_OUTPUT_DIRECTORY};VOG_BUILD=${CMAKE_BINARY_DIR};VOG_SANITIZE=${VOG_SANITIZE};${vog_tsan_options}")

@@ -30,6 +30,10 @@ Mat6 ContentDrift(const SubmapShape& target, const SubmapShape& source, const Po
                    source.anchor.content_drift);
 }
 
+/// Registrations of one submap share half of their error, its own voxels'. Counted twice, the few
+/// that a submap usually has promise together about what they should.
+constexpr double kSharedErrors = 2;
+
 bool HasOccupiedNear(const BrickGrid& grid, const VoxelKey& key, LogOddsUnits occupied_from) {
   constexpr std::int32_t kNear = 2;
   for (std::int32_t z = key.z - kNear; z <= key.z + kNear; ++z)
@@ -45,6 +49,13 @@ LoopClosure Reject(LoopClosure closure, std::string reason) {
 }
 
 }  // namespace
+
+Mat6 BodyCovariance(const Mat6& covariance_of_frames, const Pose3& X_ik, const SubmapAnchor& i,
+                    const SubmapAnchor& k) {
+  const Mat6 Ad_ki = AdjointOf(X_ik.inverse());
+  return covariance_of_frames + Ad_ki * PlanarTo6(i.body_drift) * Ad_ki.transpose() +
+         PlanarTo6(k.body_drift);
+}
 
 SubmapShape::SubmapShape(const SubmapPtr& submap, const SubmapAnchor& anchor,
                          LogOddsUnits occupied_from, const LoopClosureOptions& options,
@@ -145,7 +156,8 @@ LoopClosure Judge(const LoopClosureOptions& options, const IcpOptions& icp, cons
   if (result.overlap < options.min_overlap) return Reject(closure, "small overlap");
   if (result.rmse_m > options.max_rmse_m) return Reject(closure, "large residual");
 
-  const Mat6 covariance = result.covariance + ContentDrift(target, source, result.X_ik);
+  const Mat6 covariance =
+      kSharedErrors * result.covariance + ContentDrift(target, source, result.X_ik);
   closure.constraint.whitening = PartialWhiteningOf(result.basis, covariance);
   const Vec6 innovation = Log(Ominus(result.X_ik, predicted_X_ik));
   const Whitening gate = PartialWhiteningOf(result.basis, covariance + predicted_covariance);

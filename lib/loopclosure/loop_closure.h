@@ -46,13 +46,21 @@ struct LoopClosureOptions {
   }
 };
 
-/// The frame C of a submap that the pose graph places, and how its content lies in it.
+/// The frame C of a submap that the pose graph places: where its content on the average says that
+/// the body was. All drifts are covariances of (x, y, yaw).
 struct SubmapAnchor {
   Pose3 X_MC = Pose3::Identity();
-  /// How far drift inside the submap moves its content in C: covariance of (x, y, yaw).
+  /// How far content that another submap shares lies from the average.
   Mat3 content_drift = Mat3::Zero();
+  /// How far the body was from C: what drift has done to all content.
+  Mat3 body_drift = Mat3::Zero();
   Mat3 drift_before = Mat3::Zero();  ///< Of the body's motion from the base to C.
 };
+
+/// Covariance of the body's relative pose X_ik, right perturbation, from that of two submaps'
+/// frames C.
+Mat6 BodyCovariance(const Mat6& covariance_of_frames, const Pose3& X_ik, const SubmapAnchor& i,
+                    const SubmapAnchor& k);
 
 /// A closed submap as the loop closer sees it.
 struct SubmapShape {
@@ -122,8 +130,9 @@ bool AgreesTheOtherWay(const IcpOptions& icp, const IcpResult& registration,
 /// that does not contradict the graph's prediction `predicted_X_ik` with covariance
 /// `predicted_covariance` (chi-square, 99 %), points that do not lie in water which the other
 /// submap has seen free, and the same result the other way round. All poses are between the
-/// submaps' frames C. The constraint's covariance holds the registration's own and the drift inside
-/// both submaps.
+/// submaps' frames C. The constraint's covariance holds the drift inside both submaps and twice the
+/// registration's own: a submap's voxels bring the same errors into all its closures, which the
+/// graph takes for independent.
 LoopClosure Judge(const LoopClosureOptions& options, const IcpOptions& icp,
                   const IcpResult& registration, const SubmapShape& target,
                   const SubmapShape& source, const Pose3& predicted_X_ik,

@@ -13,15 +13,6 @@ const Mat6 kNoPrediction = 1e6 * Mat6::Identity();
 /// Added to each edge's covariance: without any drift it would have no inverse.
 const Mat6 kLeastCovariance = 1e-12 * Mat6::Identity();
 
-/// From first to last scan the body moves by a random walk of covariance D. At a moment in between,
-/// and what two submaps share was seen at some moment, it is D / 2 away from the first scan on the
-/// average, and D / 4 from the middle one.
-SubmapAnchor AnchorOf(const Submap& submap, NodePlace place) {
-  const Pose3 X_MC = NodeIn(submap.X_ML, place);
-  if (place == NodePlace::kFirst) return {X_MC, submap.drift / 2, Mat3::Zero()};
-  return {X_MC, submap.drift / 4, submap.drift / 2};
-}
-
 /// Covariance of what is left of an odometry edge when it begins at C instead of the base. The
 /// drift grows evenly, so that a share of all of it is left, whatever the edge consists of.
 Mat6 WithoutDriftBefore(const SubmapAnchor& anchor, const Mat6& edge) {
@@ -35,6 +26,13 @@ Mat6 WithoutDriftBefore(const SubmapAnchor& anchor, const Mat6& edge) {
 
 Pose3 NodeIn(const Pose3& X_ML, NodePlace place) {
   return place == NodePlace::kFirst ? Pose3::Identity() : Exp(0.5 * Log(X_ML));
+}
+
+SubmapAnchor AnchorOf(const Submap& submap, NodePlace place) {
+  const Mat3& D = submap.drift;
+  const Pose3 X_MC = NodeIn(submap.X_ML, place);
+  if (place == NodePlace::kFirst) return {X_MC, D / 6, D / 3, Mat3::Zero()};
+  return {X_MC, D / 6, D / 12, D / 2};
 }
 
 SlamSettings SlamSettings::From(const Config& config) {
@@ -176,13 +174,24 @@ void Slam::UpdateSigmas() {
   const NodeId newest = graph_.nodes().rbegin()->first;
   std::vector<std::pair<NodeId, NodeId>> pairs;
   for (const auto& [id, X_W] : graph_.nodes()) pairs.emplace_back(id, newest);
-  const auto covariances = graph_.RelativeCovariances(pairs);
+  const auto covariances = BodyCovariances(pairs);
   sigma_xy_m_.clear();
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const double variance =
         covariances.empty() ? 1e6 : std::max(covariances[i](0, 0), covariances[i](1, 1));
     sigma_xy_m_[pairs[i].first] = std::sqrt(std::max(0.0, variance));
   }
+}
+
+std::vector<Mat6> Slam::BodyCovariances(const std::vector<std::pair<NodeId, NodeId>>& pairs) const {
+  std::vector<Mat6> covariances = graph_.RelativeCovariances(pairs);
+  for (std::size_t p = 0; p < covariances.size(); ++p) {
+    const auto& [i, k] = pairs[p];
+    if (i == k) continue;
+    covariances[p] = BodyCovariance(covariances[p], Ominus(graph_.X_W(i), graph_.X_W(k)),
+                                    anchors_.at(i), anchors_.at(k));
+  }
+  return covariances;
 }
 
 }  // namespace vog

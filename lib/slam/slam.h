@@ -39,6 +39,12 @@ struct SlamOptions {
 /// A submap's node C in its own frame, X_MC, from the body's motion to its last scan.
 Pose3 NodeIn(const Pose3& X_ML, NodePlace place);
 
+/// What drift makes of a submap's node. From first to last scan the body drifts by a random walk of
+/// covariance D. The walk's mean, which is what all of the content tells, has covariance D / 3
+/// about its beginning and D / 12 about its middle; a moment of it, at which a part of the content
+/// was seen, D / 6 about the mean.
+SubmapAnchor AnchorOf(const Submap& submap, NodePlace place);
+
 /// All options of the SLAM part.
 struct SlamSettings {
   SlamOptions slam;
@@ -85,7 +91,12 @@ class Slam {
   /// Every closure that was tried, in order.
   const std::vector<Closure>& closures() const { return closures_; }
 
-  /// Horizontal standard deviation of each node relative to the newest, by the graph [m].
+  /// Covariances of the body's motions from i to k, right perturbation, where C is at both: the
+  /// graph's and what drift inside the two submaps adds. Empty when the graph does not determine
+  /// all poses.
+  std::vector<Mat6> BodyCovariances(const std::vector<std::pair<NodeId, NodeId>>& pairs) const;
+
+  /// Horizontal standard deviation of the body's pose at each node relative to the newest [m].
   const std::map<NodeId, double>& sigma_xy_m() const { return sigma_xy_m_; }
 
  private:

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numeric>
+
 #include "lib/loopclosure/submaps_testing.h"
 
 namespace vog {
@@ -182,6 +184,58 @@ TEST(SlamTest, EmptySubmapsHangOnTheirOdometry) {
   EXPECT_EQ(Accepted(*slam), 0);
   for (const auto& [id, X_OM] : mission.Odometry())
     EXPECT_TRUE(slam->X_WM().at(id).isApprox(X_OM, 1e-4)) << id;
+}
+
+// Against walks that are walked: variances of a walk's mean about where the node is, and of a
+// moment about the mean.
+TEST(SlamTest, AnchorsTellWhatDriftDoesToContent) {
+  constexpr int kWalks = 20000, kSteps = 60;
+  Random random(1, "walks");
+  double mean_first = 0, mean_middle = 0, moment = 0, before = 0;
+  for (int walk = 0; walk < kWalks; ++walk) {
+    std::vector<double> x = {0};
+    for (int step = 0; step < kSteps; ++step)
+      x.push_back(x.back() + random.Gaussian(std::sqrt(1.0 / kSteps)));
+    const double mean = std::accumulate(x.begin(), x.end(), 0.0) / (kSteps + 1);
+    const double middle = x[kSteps / 2];
+    const double at = x[static_cast<std::size_t>(random.Index(kSteps + 1))];
+    mean_first += mean * mean / kWalks;
+    mean_middle += (mean - middle) * (mean - middle) / kWalks;
+    moment += (at - mean) * (at - mean) / kWalks;
+    before += middle * middle / kWalks;
+  }
+  const auto submap = SubmapOf(0, FurnishedRoom(), Pose3::Identity());
+  submap->drift = Mat3::Identity();
+  submap->X_ML = MakePose({2, 0, 0});
+  const SubmapAnchor first = AnchorOf(*submap, NodePlace::kFirst);
+  const SubmapAnchor middle = AnchorOf(*submap, NodePlace::kMiddle);
+  EXPECT_NEAR(first.body_drift(0, 0), mean_first, 0.02);
+  EXPECT_NEAR(middle.body_drift(0, 0), mean_middle, 0.01);
+  EXPECT_NEAR(first.content_drift(0, 0), moment, 0.01);
+  EXPECT_NEAR(middle.content_drift(0, 0), moment, 0.01);
+  EXPECT_EQ(first.drift_before(0, 0), 0);
+  EXPECT_NEAR(middle.drift_before(0, 0), before, 0.02);
+  EXPECT_NEAR(middle.X_MC.translation().x(), 1, 1e-9);
+}
+
+// However well closures join the content of two submaps, where the body was stays as unknown as
+// the drift inside them makes it.
+TEST(SlamTest, BodyCovariancesHoldTheDriftInside) {
+  Mission mission(4);
+  const Mat3 drift = Vec3(0.04, 0.01, 1e-4).asDiagonal();
+  for (auto& submap : mission.submaps) submap->drift = drift;
+  const auto slam = SlamOf(mission);
+  const std::pair<NodeId, NodeId> pair{2, 10};
+  const Mat6 frames = slam->graph().RelativeCovariances({pair})[0];
+  const Mat6 body = slam->BodyCovariances({pair})[0];
+  const Mat6 Ad = AdjointOf(Ominus(slam->graph().X_W(10), slam->graph().X_W(2)));
+  Mat6 inside = Mat6::Zero();
+  inside.diagonal() = Twist(0.04, 0.01, 0, 0, 0, 1e-4) / 3;
+  EXPECT_LT((body - frames - inside - Ad * inside * Ad.transpose()).norm(), 1e-12);
+  EXPECT_LT(slam->BodyCovariances({{3, 3}})[0].norm(), 1e-20);
+  const Mat6 to_newest = slam->BodyCovariances({{2, 15}})[0];
+  EXPECT_NEAR(slam->sigma_xy_m().at(2), std::sqrt(std::max(to_newest(0, 0), to_newest(1, 1))),
+              1e-12);
 }
 
 // A simulated drift of zero gives edges without variance in x, y and yaw.

@@ -46,13 +46,16 @@ std::vector<PlanarError> NodeErrors(const StoredMap& map, const SlamOptions& opt
     return Level(X_WM * NodeIn(Ominus(X_WM, X_WL), options.node));
   };
   const Pose3 X_WF = node(*judged.front()), X_WF_true = true_node(*judged.front());
+  const SubmapAnchor first = AnchorOf(*judged.front(), options.node);
   std::vector<PlanarError> errors;
   for (std::size_t i = 1; i < judged.size(); ++i) {
     const Pose3 X_FC = Ominus(X_WF, node(*judged[i]));
     const Vec6 error = Log(Ominus(X_FC, Ominus(X_WF_true, true_node(*judged[i]))));
-    const Mat6 Ad = AdjointOf(NodeIn(judged[i]->X_ML, options.node).inverse());
-    errors.push_back(
-        {error(kPlanarRows), Mat6(Ad * covariances[i] * Ad.transpose())(kPlanarRows, kPlanarRows)});
+    const SubmapAnchor anchor = AnchorOf(*judged[i], options.node);
+    const Mat6 Ad = AdjointOf(anchor.X_MC.inverse());
+    const Mat6 covariance =
+        BodyCovariance(Ad * covariances[i] * Ad.transpose(), X_FC, first, anchor);
+    errors.push_back({error(kPlanarRows), covariance(kPlanarRows, kPlanarRows)});
   }
   return errors;
 }

@@ -36,8 +36,9 @@ struct RerunSummary {
 /// @throws UsageError when submaps are missing between the first and the last.
 struct Rerun {
   StoredMap map;
-  /// The nodes of the graph X_WC, in the order of the submaps. Covariances are those of their poses
-  /// relative to the first, right perturbation; none when the graph does not determine all poses.
+  /// The nodes of the graph X_WC, in the order of the submaps. Covariances are those of the body's
+  /// poses there relative to the first, right perturbation; none when the graph does not determine
+  /// all poses.
   std::vector<Pose3> X_WC;
   std::vector<Mat6> covariances;
   RerunSummary summary;

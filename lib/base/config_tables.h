@@ -6,7 +6,7 @@
 namespace vog {
 
 /// The tables of a mission file. A process reads those that concern it; none may be misspelt.
-inline constexpr std::array<std::string_view, 33> kConfigTables = {
+inline constexpr std::array<std::string_view, 34> kConfigTables = {
     "mission",
     "bus",
     "simulation",
@@ -25,6 +25,7 @@ inline constexpr std::array<std::string_view, 33> kConfigTables = {
     "navigation",
     "dead_reckoning",
     "navigation_sensors",
+    "navigation_faults",
     "range_detector",
     "submap",
     "sensor_model",

@@ -13,20 +13,41 @@ void Propagate(const Pose3& X_OB_now, const Mat3& added, OdometrySample& state) 
 }  // namespace
 
 VehicleNavTracker::VehicleNavTracker(const DriftOptions& drift, double scan_period_s,
-                                     std::int64_t segment)
-    : drift_(drift), scan_period_s_(scan_period_s), segment_(segment) {}
+                                     std::int64_t segment, const JumpLimits& limits)
+    : drift_(drift), scan_period_s_(scan_period_s), segment_(segment), limits_(limits) {}
+
+bool VehicleNavTracker::IsJump(const VehicleNavRecord& record) const {
+  const double dt_s = ToSeconds(record.time - last_->time);
+  const Pose3 motion = Ominus(last_->X_OB, record.X_OB);
+  const Vec3 expected = 0.5 * dt_s * (last_->velocity_B_m_s + record.velocity_B_m_s);
+  const double turned = 0.5 * dt_s * (last_->yaw_rate_rad_s + record.yaw_rate_rad_s);
+  return (motion.translation() - expected).head<2>().norm() >
+             limits_.distance_m + limits_.speed_m_s * dt_s ||
+         std::abs(WrapAngle(YawOf(motion) - turned)) >
+             limits_.turn_rad + limits_.turn_rate_rad_s * dt_s;
+}
+
+void VehicleNavTracker::BeginAnew(std::int64_t origin) {
+  origin_ = origin;
+  if (!last_) return;
+  last_.reset();
+  ++segment_;
+}
 
 OdometrySample VehicleNavTracker::Add(const VehicleNavRecord& record) {
-  if (last_ && last_->origin != record.origin) {
-    last_.reset();
-    ++segment_;
+  if (!last_ || vehicle_origin_ != record.origin) {
+    BeginAnew(record.origin);
+  } else if (IsJump(record)) {
+    BeginAnew(record.time.time_since_epoch().count());
+    ++jumps_;
   }
+  vehicle_origin_ = record.origin;
   OdometrySample sample = last_.value_or(OdometrySample{});
   const double steps = last_ ? ToSeconds(record.time - last_->time) / scan_period_s_ : 0;
   if (!last_) sample.X_OB = record.X_OB;
   Propagate(record.X_OB, steps * drift_.StepCovariance(scan_period_s_), sample);
   sample.time = record.time;
-  sample.origin = record.origin;
+  sample.origin = origin_;
   sample.segment = segment_;
   sample.velocity_B_m_s = record.velocity_B_m_s;
   sample.yaw_rate_rad_s = record.yaw_rate_rad_s;

@@ -29,21 +29,39 @@ struct DeadReckoningOptions {
   }
 };
 
+/// How far [m, rad] a reckoned pose may lie from where the vehicle's own velocity and turn rate
+/// take the one before, and by how much more each second: more is no motion but a jump.
+struct JumpLimits {
+  double distance_m = 0.5, speed_m_s = 0.3;
+  double turn_rad = 0.2, turn_rate_rad_s = 0.2;
+};
+
 /// Odometry from the pose that the vehicle's own computer reckons: adds the covariance that eq. 8's
 /// drift has gathered since the start, a step of `scan_period_s` at a time. When the vehicle's
-/// computer starts its reckoning anew, so does this, in a segment of its own.
+/// computer starts its reckoning anew, or its pose jumps, so does this, in a segment and with an
+/// origin of its own: what was reckoned across a jump is not a motion.
 class VehicleNavTracker {
  public:
-  VehicleNavTracker(const DriftOptions& drift, double scan_period_s, std::int64_t segment);
+  VehicleNavTracker(const DriftOptions& drift, double scan_period_s, std::int64_t segment,
+                    const JumpLimits& limits = {});
 
   /// @pre records come in order of time.
   OdometrySample Add(const VehicleNavRecord& record);
 
+  std::int64_t jumps() const { return jumps_; }
+
  private:
+  bool IsJump(const VehicleNavRecord& record) const;
+  void BeginAnew(std::int64_t origin);
+
   DriftOptions drift_;
   double scan_period_s_;
   std::int64_t segment_;
+  JumpLimits limits_;
   std::optional<OdometrySample> last_;
+  std::int64_t vehicle_origin_ = 0;  ///< That the vehicle's computer says,
+  std::int64_t origin_ = 0;          ///< and what is passed on: after a jump, its time [us].
+  std::int64_t jumps_ = 0;
 };
 
 /// Odometry from the instruments: the gyro turns, the DVL's velocity moves, depth and attitude are

@@ -174,11 +174,46 @@ TEST(VehicleNavTrackerTest, TheDriftOfAScanIsEquation8sWhateverTheRateOfTheNavig
 
 TEST(VehicleNavTrackerTest, AReckoningThatBeginsAnewIsANewSegment) {
   VehicleNavTracker dut(DriftOptions{}, 0.2, kSegment);
-  for (int i = 0; i < 5; ++i) dut.Add({At(i), 0, 11, MakePose({1.0 * i, 0, 0}), {}, 0});
+  for (int i = 0; i < 5; ++i) dut.Add({At(i), 0, 11, MakePose({1.0 * i, 0, 0}), {1, 0, 0}, 0});
   const OdometrySample sample = dut.Add({At(5), 0, 12, Pose3::Identity(), {}, 0});
   EXPECT_EQ(sample.origin, 12);
   EXPECT_EQ(sample.segment, kSegment + 1);
   EXPECT_TRUE(sample.covariance.isZero());
+}
+
+/// A circle at 0.2 m/s whose reckoning is moved and turned from `jump_s` on.
+OdometrySample Circle(VehicleNavTracker& dut, double seconds, double jump_s, const Pose3& X_jump) {
+  OdometrySample sample;
+  for (double t = 0; t < seconds + 1e-9; t += 0.1) {
+    const double yaw = 0.1 * t;
+    const Pose3 X = MakePose({2 * std::sin(yaw), 2 - 2 * std::cos(yaw), -1}, {0, 0, yaw});
+    sample = dut.Add({At(t), 0, 11, t < jump_s ? X : X_jump * X, {0.2, 0, 0}, 0.1});
+  }
+  return sample;
+}
+
+TEST(VehicleNavTrackerTest, APoseThatJumpsIsANewSegmentOfAnotherOrigin) {
+  for (const Pose3& X_jump : {MakePose({3, 0, 0}), MakePose({0, 0, 0}, {0, 0, 0.5})}) {
+    VehicleNavTracker dut(DriftOptions{}, 0.2, kSegment);
+    const OdometrySample before = Circle(dut, 4.9, 5, X_jump);
+    EXPECT_EQ(before.segment, kSegment);
+    EXPECT_EQ(dut.jumps(), 0);
+    VehicleNavTracker jumped(DriftOptions{}, 0.2, kSegment);
+    const OdometrySample after = Circle(jumped, 30, 5, X_jump);
+    EXPECT_EQ(jumped.jumps(), 1);
+    EXPECT_EQ(after.segment, kSegment + 1);
+    EXPECT_NE(after.origin, before.origin);
+    EXPECT_LT(after.covariance(0, 0), 26 / 0.2 * DriftOptions{}.StepCovariance(0.2)(0, 0) + 1e-3);
+  }
+}
+
+TEST(VehicleNavTrackerTest, DriftAndGapsAreNoJumps) {
+  VehicleNavTracker dut(DriftOptions{}, 0.2, kSegment);
+  Circle(dut, 30, 5, MakePose({0.4, 0, 0}, {0, 0, 0.05}));
+  EXPECT_EQ(dut.jumps(), 0);
+  // Half a minute later it is somewhere else, at its usual speed.
+  dut.Add({At(60), 0, 11, MakePose({-4, 3, -1}, {0, 0, -2}), {0, 0, 0}, 0});
+  EXPECT_EQ(dut.jumps(), 0);
 }
 
 TEST(VehicleNavTrackerTest, AnErrorInYawMovesWhatFollows) {
@@ -186,7 +221,7 @@ TEST(VehicleNavTrackerTest, AnErrorInYawMovesWhatFollows) {
   VehicleNavTracker dut(drift, 0.2, kSegment);
   OdometrySample end;
   for (int i = 0; i <= 100; ++i)
-    end = dut.Add({At(0.2 * i), 0, 11, MakePose({0.05 * i, 0, 0}), {}, 0});
+    end = dut.Add({At(0.2 * i), 0, 11, MakePose({0.05 * i, 0, 0}), {0.25, 0, 0}, 0});
   // Straight ahead, the yaw noise of step i acts on y over the rest of the way.
   const Mat3 step = drift.StepCovariance(0.2);
   double lever2_m2 = 0;

@@ -24,7 +24,8 @@ NavBridgeSettings NavBridgeSettings::From(const Config& config) {
 NavBridgeNode::NavBridgeNode(Bus& bus, const NavBridgeSettings& settings)
     : settings_(settings),
       endpoint_(bus, "vog-nav-bridge", settings.run_id),
-      tracker_(settings.drift, settings.scan_period_s, bus.epoch()),
+      tracker_(settings.drift, settings.scan_period_s, bus.epoch(),
+               {settings.bridge.jump_m, settings.bridge.max_speed_m_s}),
       reckoner_(settings.dead_reckoning, bus.epoch()) {
   endpoint_.Subscribe(inputs::kVehicleNav,
                       [this](Time, const vehicle_nav_t& message) { OnVehicleNav(message); });
@@ -35,6 +36,7 @@ NavBridgeNode::NavBridgeNode(Bus& bus, const NavBridgeSettings& settings)
                       [this](Time, const control_t& message) { OnControl(message); });
   endpoint_.ReportStatus([this](auto& counters) {
     counters["watchdog_stops"] = stops_;
+    counters["navigation_jumps"] = tracker_.jumps();
     return std::exchange(has_told_nav_, false) ? "ok" : "no navigation";
   });
   bus.Every(kWatchdogPeriod, [this](Time now) { StopIfCommandIsOld(now); });

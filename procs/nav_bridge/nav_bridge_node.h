@@ -16,6 +16,7 @@ struct NavBridgeOptions {
   double max_speed_m_s = 0.3;
   double max_yaw_rate_rad_s = 0.2;
   double command_timeout_s = 0.5;
+  double jump_m = 0.5;
 
   void Visit(OptionsVisitor& v) {
     v("source", source,
@@ -26,6 +27,8 @@ struct NavBridgeOptions {
     v("max_yaw_rate_rad_s", max_yaw_rate_rad_s, Between(0.01, 10), "nor above this");
     v("command_timeout_s", command_timeout_s, Between(0.05, 60),
       "without a command for so long the vehicle is told to stop");
+    v("jump_m", jump_m, Between(0.05, 1e6),
+      "a pose so far from where the vehicle's velocity leads is a jump of its reckoning");
   }
 };
 

@@ -38,6 +38,7 @@ SimSettings SimSettings::From(const Config& config) {
                     config.Read<SonarModelOptions>("sonar_model"),
                     config.Read<DriftOptions>("drift"),
                     config.Read<SensorOptions>("navigation_sensors"),
+                    config.Read<NavigationFaultOptions>("navigation_faults"),
                     static_cast<std::uint64_t>(settings.mission.seed)};
   settings.scene_W = MakeScene(SceneSettings::From(config));
   settings.live = config.Read<LiveOptions>("live");

@@ -33,6 +33,7 @@ World::World(const WorldSetup& setup, const TriangleMesh& scene)
       sonar_(setup.sonar, setup.sonar_model, scene_, setup.seed),
       drifted_navigation_(setup.drift, setup.sonar.period(), setup.seed),
       sensors_(setup.navigation_sensors, PeriodOf(options_.imu_rate_hz), setup.seed),
+      faults_(setup.navigation_faults),
       current_(setup.current, options_.physics_step_s, setup.seed),
       vehicle_(setup.vehicle, StartPose(options_)),
       command_timeout_(FromSeconds(setup.vehicle.command_timeout_s)),
@@ -85,28 +86,25 @@ void World::MoveTo(Time time) {
 }
 
 void World::Emit(Time now, Emissions& out) {
+  const VehicleState told = faults_.Apply(now, vehicle_.state());
   const bool nav_due = nav_schedule_.due() == now, scan_due = scan_schedule_.due() == now;
   if (nav_due || scan_due) {
     out.truth.push_back(Truth(now));
     // With instruments alone, a first fix tells where the vehicle starts.
     if (options_.navigation == NavigationKind::kEq8 || now == Time{}) {
-      out.navigation.push_back(
-          drifted_navigation_.Sample(now, navigation_sequence_++, vehicle_.state()));
+      out.navigation.push_back(drifted_navigation_.Sample(now, navigation_sequence_++, told));
     }
   }
-  if (options_.navigation == NavigationKind::kSensors) EmitInstruments(now, out);
+  if (options_.navigation == NavigationKind::kSensors) EmitInstruments(now, told, out);
   if (scan_due) EmitScan(now, out);
   if (nav_due) ++nav_schedule_.count;
 }
 
-void World::EmitInstruments(Time now, Emissions& out) {
-  const VehicleState& state = vehicle_.state();
-  if (dvl_schedule_.due() == now)
-    out.dvl.push_back(sensors_.Dvl(now, dvl_schedule_.count++, state));
-  if (imu_schedule_.due() == now)
-    out.imu.push_back(sensors_.Imu(now, imu_schedule_.count++, state));
+void World::EmitInstruments(Time now, const VehicleState& told, Emissions& out) {
+  if (dvl_schedule_.due() == now) out.dvl.push_back(sensors_.Dvl(now, dvl_schedule_.count++, told));
+  if (imu_schedule_.due() == now) out.imu.push_back(sensors_.Imu(now, imu_schedule_.count++, told));
   if (depth_schedule_.due() == now)
-    out.depth.push_back(sensors_.Depth(now, depth_schedule_.count++, state));
+    out.depth.push_back(sensors_.Depth(now, depth_schedule_.count++, told));
 }
 
 void World::EmitScan(Time now, Emissions& out) {

@@ -8,6 +8,7 @@
 #include "lib/scan/sonar_records.h"
 #include "sim/scene/ray_caster.h"
 #include "sim/sensors/drifted_navigation.h"
+#include "sim/sensors/navigation_faults.h"
 #include "sim/sensors/navigation_sensors.h"
 #include "sim/sensors/sonar_simulator.h"
 #include "sim/vehicle/current.h"
@@ -72,7 +73,7 @@ class World {
   std::vector<const Schedule*> Schedules() const;
   void MoveTo(Time time);
   void Emit(Time now, Emissions& out);
-  void EmitInstruments(Time now, Emissions& out);
+  void EmitInstruments(Time now, const VehicleState& told, Emissions& out);
   void EmitScan(Time now, Emissions& out);
   TruthRecord Truth(Time now) const;
 
@@ -82,6 +83,7 @@ class World {
   SonarSimulator sonar_;
   DriftedNavigation drifted_navigation_;
   NavigationSensors sensors_;
+  NavigationFaults faults_;
   Current current_;
   Vehicle vehicle_;
   VelocityCommand command_;

@@ -5,6 +5,7 @@
 #include "lib/base/config.h"
 #include "lib/geometry/odometry.h"
 #include "lib/scan/sonar.h"
+#include "sim/sensors/navigation_faults.h"
 #include "sim/sensors/navigation_sensors.h"
 #include "sim/sensors/sonar_model_options.h"
 #include "sim/vehicle/vehicle_options.h"
@@ -41,7 +42,7 @@ struct WorldOptions {
 };
 
 /// All that a simulated world is made of but its scene. The tables: [simulation], [vehicle],
-/// [current], [sonar], [sonar_model], [drift], [navigation_sensors].
+/// [current], [sonar], [sonar_model], [drift], [navigation_sensors], [navigation_faults].
 struct WorldSetup {
   WorldOptions simulation;
   VehicleOptions vehicle;
@@ -50,6 +51,7 @@ struct WorldSetup {
   SonarModelOptions sonar_model;
   DriftOptions drift;
   SensorOptions navigation_sensors;
+  NavigationFaultOptions navigation_faults;
   std::uint64_t seed = 1;  ///< Of all noise. Equal seeds give equal runs.
 };
 

@@ -65,6 +65,7 @@ std::vector<Table> DescribeTables(const Config& config) {
   all.Add<NavBridgeOptions>("navigation");
   all.Add<DeadReckoningOptions>("dead_reckoning");
   all.Add<SensorOptions>("navigation_sensors");
+  all.Add<NavigationFaultOptions>("navigation_faults");
   all.Add<RangeDetectorOptions>("range_detector");
   all.Add<SubmapOptions>("submap");
   all.Add<SensorModelOptions>("sensor_model");

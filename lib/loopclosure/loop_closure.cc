@@ -43,11 +43,6 @@ bool HasOccupiedNear(const BrickGrid& grid, const VoxelKey& key, LogOddsUnits oc
   return false;
 }
 
-LoopClosure Reject(LoopClosure closure, std::string reason) {
-  closure.reason = std::move(reason);
-  return closure;
-}
-
 }  // namespace
 
 Mat6 BodyCovariance(const Mat6& covariance_of_frames, const Pose3& X_ik, const SubmapAnchor& i,
@@ -70,12 +65,16 @@ SubmapShape::SubmapShape(const SubmapPtr& submap, const SubmapAnchor& anchor,
       cells(options.cell_m),
       occupied_cells(CellsAround(cells, cloud.points())) {}
 
-double PredictOverlap(const SubmapShape& target, const SubmapShape& source, const Pose3& X_ik) {
-  if (source.cloud.size() == 0) return 0;
+double PredictOverlap(const SubmapShape& target, const SubmapShape& source, const Pose3& X_ik,
+                      std::size_t most_points) {
+  const std::size_t used = std::min(most_points, source.cloud.size());
+  if (used == 0) return 0;
   std::size_t shared = 0;
-  for (const Vec3& p_k : source.cloud.points())
+  for (std::size_t u = 0; u < used; ++u) {
+    const Vec3& p_k = source.cloud.points()[u * source.cloud.size() / used];
     shared += target.occupied_cells.count(target.cells.KeyOf(X_ik * p_k));
-  return static_cast<double>(shared) / static_cast<double>(source.cloud.size());
+  }
+  return static_cast<double>(shared) / static_cast<double>(used);
 }
 
 std::vector<LoopCandidate> FindCandidates(const LoopClosureOptions& options,
@@ -135,6 +134,12 @@ bool AgreesTheOtherWay(const IcpOptions& icp, const IcpResult& registration,
   const Whitening whitening = PartialWhiteningOf(registration.basis, 2 * registration.covariance);
   return (whitening * difference).squaredNorm() <=
          ChiSquare99(static_cast<int>(registration.basis.cols()));
+}
+
+LoopClosure Reject(LoopClosure closure, std::string reason) {
+  closure.accepted = false;
+  closure.reason = std::move(reason);
+  return closure;
 }
 
 LoopClosure Judge(const LoopClosureOptions& options, const IcpOptions& icp, const IcpResult& result,

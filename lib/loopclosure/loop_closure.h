@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <string>
 #include <unordered_set>
@@ -82,10 +83,14 @@ struct LoopCandidate {
   double predicted_overlap;        ///< Of the new submap with it.
   Mat6 covariance = Mat6::Zero();  ///< Of X_ik by the graph, right perturbation.
   double information = 0;          ///< Expected of a registration [nats].
+  /// Where registrations begin.
+  std::vector<Pose3> starts = {};
 };
 
-/// Share of `source`'s points that lie in `target`'s cells.
-double PredictOverlap(const SubmapShape& target, const SubmapShape& source, const Pose3& X_ik);
+/// Share of `source`'s points, or of at most `most_points` spread evenly over them, that lie in
+/// `target`'s cells.
+double PredictOverlap(const SubmapShape& target, const SubmapShape& source, const Pose3& X_ik,
+                      std::size_t most_points = std::numeric_limits<std::size_t>::max());
 
 /// The submaps whose predicted overlap suffices, by their numbers.
 std::vector<LoopCandidate> FindCandidates(const LoopClosureOptions& options,
@@ -125,6 +130,9 @@ double ShareInFreeWater(const SubmapShape& target, const SubmapShape& source, co
 /// minimum of one is seldom one of the other.
 bool AgreesTheOtherWay(const IcpOptions& icp, const IcpResult& registration,
                        const SubmapShape& target, const SubmapShape& source);
+
+/// Marks a closure as rejected.
+LoopClosure Reject(LoopClosure closure, std::string reason);
 
 /// Tests a registration of `source` to `target`: enough overlap, small residual, a relative pose
 /// that does not contradict the graph's prediction `predicted_X_ik` with covariance

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "lib/base/parallel.h"
+#include "lib/loopclosure/relocalisation.h"
 
 namespace vog {
 namespace {
@@ -109,42 +110,116 @@ G2oGraph Slam::ToG2o() const {
 }
 
 void Slam::CloseLoops(const SubmapShape& source) {
+  const auto lost = LostCandidates(source);
+  if (!lost.empty()) FindItself(source, lost);
   std::vector<const SubmapShape*> targets;
   std::vector<Pose3> X_ik;
   for (const auto& [id, shape] : shapes_) {
-    if (id == source.id) continue;
+    if (id == source.id || IsJoined(id, source.id)) continue;
     targets.push_back(shape.get());
-    X_ik.push_back(Ominus(graph_.X_W(id), graph_.X_W(source.id)));
+    X_ik.push_back(PredictedX_ik(id, source.id));
   }
-  const auto predicted_X_ik = [&](const LoopCandidate& candidate) {
-    return Ominus(graph_.X_W(candidate.id), graph_.X_W(source.id));
-  };
   auto candidates = FindCandidates(settings_.loop_closure, targets, source, X_ik);
   PredictCovariances(source.id, candidates);
   for (LoopCandidate& candidate : candidates)
-    candidate.information = ExpectedInformation(settings_.registration, *shapes_.at(candidate.id),
-                                                source, predicted_X_ik(candidate), candidate);
+    candidate.information =
+        ExpectedInformation(settings_.registration, *shapes_.at(candidate.id), source,
+                            PredictedX_ik(candidate.id, source.id), candidate);
   KeepMostInformative(settings_.loop_closure, candidates);
-  std::vector<IcpResult> registrations(candidates.size());
+  for (LoopCandidate& candidate : candidates)
+    candidate.starts = {PredictedX_ik(candidate.id, source.id)};
+  for (const LoopClosure& loop : Try(source, candidates)) Close(loop);
+}
+
+/// The one registration that fits best has to be right: what is as uncertain as this is
+/// contradicted by nothing else. All others are judged by the place that it finds.
+void Slam::FindItself(const SubmapShape& source, const std::vector<LoopCandidate>& lost) {
+  const std::vector<LoopClosure> loops = Try(source, lost);
+  const LoopClosure* best = nullptr;
+  const auto misfit = [](const LoopClosure& loop) { return loop.rmse_m / loop.overlap; };
+  for (const LoopClosure& loop : loops) {
+    const bool is_full = loop.accepted && loop.constraint.kind == ConstraintKind::kFullClosure;
+    if (is_full && (best == nullptr || misfit(loop) < misfit(*best))) best = &loop;
+  }
+  if (best == nullptr) return;
+  Close(*best);
+  graph_.Solve();
+}
+
+std::vector<LoopCandidate> Slam::LostCandidates(const SubmapShape& source) const {
+  // No pair is more uncertain than the older one relative to the last submap and the newest edge
+  // together.
+  const auto newest_edge = graph_.constraints().rbegin();
+  if (newest_edge == graph_.constraints().rend()) return {};
+  const double edge_sigma_m = HorizontalSigma(newest_edge->second.Information().inverse());
+  const LoopClosureOptions& options = settings_.loop_closure;
+  std::vector<LoopCandidate> lost;
+  for (const auto& [id, shape] : shapes_) {
+    if (source.id - id < options.min_separation) continue;
+    // Where one is known well, all others are known as well as the graph can tell.
+    if (!IsLost(settings_.registration, sigma_xy_m_.at(id) + edge_sigma_m)) return {};
+    lost.push_back({id, 0});
+  }
+  PredictCovariances(source.id, lost);
+  if (!std::all_of(lost.begin(), lost.end(), [&](const LoopCandidate& candidate) {
+        return IsLost(settings_.registration, HorizontalSigma(candidate.covariance));
+      }))
+    return {};
+  ParallelFor(lost.size(), [&](std::size_t c) {
+    LoopCandidate& candidate = lost[c];
+    for (const SearchPlace& place :
+         SearchPlaces(settings_.registration, *shapes_.at(candidate.id), source,
+                      PredictedX_ik(candidate.id, source.id), candidate.covariance)) {
+      candidate.starts.push_back(place.X_ik);
+      candidate.predicted_overlap = std::max(candidate.predicted_overlap, place.overlap);
+    }
+  });
+  std::erase_if(lost, [&](const LoopCandidate& candidate) {
+    return candidate.predicted_overlap < options.min_predicted_overlap;
+  });
+  std::stable_sort(lost.begin(), lost.end(), [](const auto& a, const auto& b) {
+    return a.predicted_overlap > b.predicted_overlap;
+  });
+  if (static_cast<int>(lost.size()) > options.max_candidates)
+    lost.erase(lost.begin() + options.max_candidates, lost.end());
+  return lost;
+}
+
+std::vector<LoopClosure> Slam::Try(const SubmapShape& source,
+                                   const std::vector<LoopCandidate>& candidates) {
+  std::vector<SearchResult> found(candidates.size());
   ParallelFor(candidates.size(), [&](std::size_t c) {
-    registrations[c] = Register(settings_.registration, shapes_.at(candidates[c].id)->cloud,
-                                source.cloud, predicted_X_ik(candidates[c]));
+    found[c] = RegisterFrom(settings_.registration, *shapes_.at(candidates[c].id), source,
+                            candidates[c].starts);
   });
   if (hook_) {
     for (std::size_t c = 0; c < candidates.size(); ++c)
-      hook_(candidates[c].id, source.id, registrations[c]);
+      hook_(candidates[c].id, source.id, found[c].registration);
   }
-  std::vector<Closure> closures(candidates.size());
+  std::vector<LoopClosure> loops(candidates.size());
   ParallelFor(candidates.size(), [&](std::size_t c) {
-    closures[c].loop = Judge(settings_.loop_closure, settings_.registration, registrations[c],
-                             *shapes_.at(candidates[c].id), source, predicted_X_ik(candidates[c]),
-                             candidates[c].covariance);
+    loops[c] = Judge(settings_.loop_closure, settings_.registration, found[c].registration,
+                     *shapes_.at(candidates[c].id), source,
+                     PredictedX_ik(candidates[c].id, source.id), candidates[c].covariance);
+    if (loops[c].accepted && found[c].is_ambiguous)
+      loops[c] = Reject(loops[c], "more than one place fits");
   });
-  for (Closure& closure : closures) {
-    if (closure.loop.accepted) closure.constraint = graph_.AddConstraint(closure.loop.constraint);
-    closures_.push_back(std::move(closure));
-  }
+  return loops;
 }
+
+void Slam::Close(const LoopClosure& loop) {
+  closures_.push_back({loop, loop.accepted ? graph_.AddConstraint(loop.constraint) : -1});
+}
+
+bool Slam::IsJoined(SubmapId from, SubmapId newest) const {
+  for (auto closure = closures_.rbegin(); closure != closures_.rend(); ++closure) {
+    if (closure->loop.to != newest) return false;
+    if (closure->loop.from == from && closure->loop.accepted) return true;
+  }
+  return false;
+}
+
+Pose3 Slam::PredictedX_ik(NodeId i, NodeId k) const { return Ominus(graph_.X_W(i), graph_.X_W(k)); }
 
 void Slam::PredictCovariances(NodeId newest, std::vector<LoopCandidate>& candidates) const {
   std::vector<std::pair<NodeId, NodeId>> pairs;

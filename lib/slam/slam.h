@@ -103,6 +103,17 @@ class Slam {
   void AddNode(const Submap& submap);
   void PlaceSubmaps();
   void CloseLoops(const SubmapShape& source);
+  /// When the newest submap's place relative to all others is so uncertain that registrations from
+  /// the predicted poses would miss it: those to which it may belong and where to begin.
+  std::vector<LoopCandidate> LostCandidates(const SubmapShape& source) const;
+  void FindItself(const SubmapShape& source, const std::vector<LoopCandidate>& lost);
+  /// Registers and judges, from each candidate's starts.
+  std::vector<LoopClosure> Try(const SubmapShape& source,
+                               const std::vector<LoopCandidate>& candidates);
+  void Close(const LoopClosure& loop);
+  /// Whether the newest submap has a closure with an earlier one.
+  bool IsJoined(SubmapId from, SubmapId newest) const;
+  Pose3 PredictedX_ik(NodeId i, NodeId k) const;
   void PredictCovariances(NodeId newest, std::vector<LoopCandidate>& candidates) const;
   bool DropContradicting();
   void UpdateSigmas();

@@ -238,6 +238,24 @@ TEST(SlamTest, BodyCovariancesHoldTheDriftInside) {
               1e-12);
 }
 
+// In mid-mission all is known of a motion is that it was some metres at most: the reckoning says it
+// stood still, but it moved 3 m.
+TEST(SlamTest, FindsItselfAgainAfterAMotionThatNothingMeasured) {
+  for (int seed = 1; seed <= 4; ++seed) {
+    Mission mission(seed);
+    const Vec3 moved(seed % 2 == 0 ? 3 : -2, seed < 3 ? 1 : -2, 0);
+    for (auto& submap : mission.submaps)
+      if (submap->id() >= 10) submap->base.odometry.X_OB.translation() += moved;
+    auto& edge = mission.submaps[10]->base.edge;
+    edge.X_PM =
+        Ominus(mission.submaps[9]->base.odometry.X_OB, mission.submaps[10]->base.odometry.X_OB);
+    edge.covariance.diagonal().head<2>().setConstant(2.0 * 2.0);
+    ASSERT_GT(mission.ErrorOf(mission.Odometry()), 0.8);
+    const auto slam = SlamOf(mission);
+    EXPECT_LT(mission.ErrorOf(slam->X_WM()), 0.1) << seed;
+  }
+}
+
 // A simulated drift of zero gives edges without variance in x, y and yaw.
 TEST(SlamTest, TakesEdgesWithoutVariance) {
   const Mission mission(8, 6, 0, 0);

@@ -26,8 +26,7 @@ std::vector<Vec3> Transformed(const Pose3& X, std::vector<Vec3> points) {
 /// Covariance that the drift inside both submaps adds to X_ik, right perturbation.
 Mat6 ContentDrift(const SubmapShape& target, const SubmapShape& source, const Pose3& X_ik) {
   const Mat3 Ad_ki = PlanarAdjointOf(X_ik.inverse());
-  return PlanarTo6(Ad_ki * target.anchor.content_drift * Ad_ki.transpose() +
-                   source.anchor.content_drift);
+  return PlanarTo6(Ad_ki * target.content_drift * Ad_ki.transpose() + source.content_drift);
 }
 
 /// Registrations of one submap share half of their error, its own voxels'. Counted twice, the few
@@ -52,6 +51,19 @@ Mat6 BodyCovariance(const Mat6& covariance_of_frames, const Pose3& X_ik, const S
          PlanarTo6(k.body_drift);
 }
 
+Mat3 FeignedTurn(const Mat3& drift, const std::vector<Vec3>& points_C) {
+  if (points_C.empty()) return Mat3::Zero();
+  const auto count = static_cast<double>(points_C.size());
+  Vec3 middle = Vec3::Zero();
+  for (const Vec3& p : points_C) middle += p / count;
+  double r2_m2 = 0;
+  for (const Vec3& p : points_C) r2_m2 += (p - middle).head<2>().squaredNorm() / count;
+  if (r2_m2 == 0) return Mat3::Zero();
+  const double variance_rad2 = drift.topLeftCorner<2, 2>().trace() / 2 / (10 * r2_m2);
+  const Vec3 turn_in_C(middle.y(), -middle.x(), 1);
+  return variance_rad2 * turn_in_C * turn_in_C.transpose();
+}
+
 SubmapShape::SubmapShape(const SubmapPtr& submap, const SubmapAnchor& anchor,
                          LogOddsUnits occupied_from, const LoopClosureOptions& options,
                          const IcpOptions& icp)
@@ -62,6 +74,7 @@ SubmapShape::SubmapShape(const SubmapPtr& submap, const SubmapAnchor& anchor,
       cloud(Transformed(anchor.X_MC.inverse(),
                         OccupiedPoints(submap->grid, occupied_from, options.min_neighbours)),
             icp.normal_radius_m, Vec3::Zero()),
+      content_drift(anchor.content_drift + FeignedTurn(submap->drift, cloud.points())),
       cells(options.cell_m),
       occupied_cells(CellsAround(cells, cloud.points())) {}
 

@@ -63,6 +63,12 @@ struct SubmapAnchor {
 Mat6 BodyCovariance(const Mat6& covariance_of_frames, const Pose3& X_ik, const SubmapAnchor& i,
                     const SubmapAnchor& k);
 
+/// Covariance in C of the turn that drift D feigns. Seen one after the other from side to side,
+/// points that the drift displaced lie as if their cloud were turned: the slope of a random walk
+/// over time has variance 6/5 D, and time sweeps over the cloud's width, the square root of 12
+/// times its standard deviation r. That is D / 10 r^2, about the cloud's middle.
+Mat3 FeignedTurn(const Mat3& drift, const std::vector<Vec3>& points_C);
+
 /// A closed submap as the loop closer sees it.
 struct SubmapShape {
   SubmapShape(const SubmapPtr& submap, const SubmapAnchor& anchor, LogOddsUnits occupied_from,
@@ -73,6 +79,7 @@ struct SubmapShape {
   SubmapAnchor anchor;
   LogOddsUnits occupied_from;
   RegistrationCloud cloud;  ///< Occupied voxels, in C.
+  Mat3 content_drift;       ///< The anchor's, and how drift has turned the content.
   VoxelGrid cells;
   std::unordered_set<VoxelKey> occupied_cells;  ///< With a margin of one cell.
 };

@@ -120,14 +120,43 @@ TEST_F(LoopClosureTest, TheMostInformativeCandidatesAreKeptInOrder) {
   }
 }
 
+// Walks along a wall whose points a random walk displaces: what turns the cloud back.
+TEST(FeignedTurnTest, IsThatOfASweepDisplacedByARandomWalk) {
+  constexpr int kWalks = 4000, kSteps = 200;
+  constexpr double kLength_m = 4, kVariance_m2 = 0.01;
+  Random random(1, "sweep");
+  std::vector<Vec3> points_C;
+  for (int step = 0; step < kSteps; ++step)
+    points_C.push_back({3 + kLength_m * (step / (kSteps - 1.0) - 0.5), 0.5, -1});
+  double squares = 0;
+  for (int walk = 0; walk < kWalks; ++walk) {
+    double displaced = 0, moment = 0, inertia = 0;
+    for (const Vec3& p : points_C) {
+      displaced += random.Gaussian(std::sqrt(kVariance_m2 / kSteps));
+      moment += (p.x() - 3) * displaced;
+      inertia += std::pow(p.x() - 3, 2);
+    }
+    squares += std::pow(moment / inertia, 2) / kWalks;
+  }
+  const Mat3 drift = Vec3(kVariance_m2, kVariance_m2, 1e-6).asDiagonal();
+  const Mat3 turn = FeignedTurn(drift, points_C);
+  EXPECT_NEAR(turn(2, 2) / squares, 1, 0.1);
+  // About the middle (3, 0.5): nothing moves there.
+  const Mat3 to_middle = PlanarAdjointOf(MakePose({-3, -0.5, 0}));
+  const Mat3 at_middle = to_middle * turn * to_middle.transpose();
+  EXPECT_LT((at_middle.topLeftCorner<2, 2>().norm()), 1e-12);
+  EXPECT_TRUE(FeignedTurn(drift, {}).isZero());
+  EXPECT_TRUE(FeignedTurn(drift, {Vec3(1, 2, 3)}).isZero());
+}
+
 // By hand where everything is diagonal.
 TEST_F(LoopClosureTest, ExpectedInformationIsThatOfAMeasurementOfThePose) {
-  target_->drift = source_->drift = Vec3(0.02, 0.01, 0.001).asDiagonal();
+  target_->drift = source_->drift = Vec3(0, 0, 0.001).asDiagonal();
   const SubmapShape target = ShapeOf(target_), source = ShapeOf(source_);
   const double radius_m = source.cloud.radius_m(), point = kIcp.point_sigma_m * kIcp.point_sigma_m;
   const LoopCandidate candidate{3, 0.7, Diagonal(0.5, 0.1)};
   double expected = 0;
-  const double P[3] = {0.25, 0.25, 0.01}, drift[3] = {0.02, 0.01, 0.001};
+  const double P[3] = {0.25, 0.25, 0.01}, drift[3] = {0, 0, 0.001};
   for (int axis = 0; axis < 3; ++axis) {
     const double R = 2 * drift[axis] / 3 + (axis < 2 ? point : point / (radius_m * radius_m));
     expected += 0.5 * 0.7 * std::log(1 + P[axis] / R);
@@ -182,10 +211,12 @@ TEST_F(LoopClosureTest, ChiSquareIsThatOfTheInnovation) {
   const LoopClosure closure = Close(predicted, P);
   const SubmapShape target = ShapeOf(target_), source = ShapeOf(source_);
   const IcpResult icp = Register(kIcp, target.cloud, source.cloud, predicted);
-  Mat6 drift_i = Mat6::Zero();
-  drift_i.diagonal() = Twist(0.02, 0.01, 0, 0, 0, 0.001);
+  const auto inside = [](const Submap& submap, const SubmapShape& shape) -> Mat3 {
+    return submap.drift / 3 + FeignedTurn(submap.drift, shape.cloud.points());
+  };
   const Mat6 Ad = AdjointOf(icp.X_ik.inverse());
-  const Mat3 drift = (PlanarOf(Ad * drift_i * Ad.transpose()) + source_->drift) / 3;
+  const Mat3 drift = PlanarOf(Ad * PlanarTo6(inside(*target_, target)) * Ad.transpose()) +
+                     inside(*source_, source);
   const Vec6 xi = Log(Ominus(icp.X_ik, predicted));
   const Vec3 innovation(xi[0], xi[1], xi[5]);
   const Mat3 R = 2 * PlanarOf(icp.covariance) + drift;

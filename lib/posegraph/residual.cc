@@ -3,10 +3,10 @@
 namespace vog {
 
 RelativeError ErrorOf(const Constraint& constraint, const Pose3& X_Wi, const Pose3& X_Wk) {
-  const Mat3 R_ki = constraint.X_ik.linear().transpose();  // As measured.
-  const Mat3 R_iW = X_Wi.linear().transpose();
-  const Mat3 R_error = R_ki * R_iW * X_Wk.linear();
-  const Vec3 p_ik = R_iW * (X_Wk.translation() - X_Wi.translation());
+  const Mat3 R_ki(constraint.X_ik.inverse().linear());  // As measured.
+  const Pose3 X_ik = Ominus(X_Wi, X_Wk);
+  const Mat3 R_error = R_ki * X_ik.linear();
+  const Vec3 p_ik = X_ik.translation();
   Eigen::Quaterniond q_error(R_error);
   if (q_error.w() < 0) q_error.coeffs() = -q_error.coeffs();
   const Mat3 wI = q_error.w() * Mat3::Identity(), v_cross = SkewOf(q_error.vec());

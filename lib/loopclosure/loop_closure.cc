@@ -23,6 +23,15 @@ std::vector<Vec3> Transformed(const Pose3& X, std::vector<Vec3> points) {
   return points;
 }
 
+/// Calls `use` with all points of a cloud, or `most` of them spread evenly over it; returns how
+/// many.
+template <class Use>
+std::size_t ForSpreadPoints(const RegistrationCloud& cloud, std::size_t most, Use use) {
+  const std::size_t used = std::min(most, cloud.size());
+  for (std::size_t u = 0; u < used; ++u) use(cloud.points()[u * cloud.size() / used]);
+  return used;
+}
+
 /// Covariance that the drift inside both submaps adds to X_ik, right perturbation.
 Mat6 ContentDrift(const SubmapShape& target, const SubmapShape& source, const Pose3& X_ik) {
   const Mat3 Ad_ki = PlanarAdjointOf(X_ik.inverse());
@@ -80,14 +89,11 @@ SubmapShape::SubmapShape(const SubmapPtr& submap, const SubmapAnchor& anchor,
 
 double PredictOverlap(const SubmapShape& target, const SubmapShape& source, const Pose3& X_ik,
                       std::size_t most_points) {
-  const std::size_t used = std::min(most_points, source.cloud.size());
-  if (used == 0) return 0;
   std::size_t shared = 0;
-  for (std::size_t u = 0; u < used; ++u) {
-    const Vec3& p_k = source.cloud.points()[u * source.cloud.size() / used];
+  const std::size_t used = ForSpreadPoints(source.cloud, most_points, [&](const Vec3& p_k) {
     shared += target.occupied_cells.count(target.cells.KeyOf(X_ik * p_k));
-  }
-  return static_cast<double>(shared) / static_cast<double>(used);
+  });
+  return used == 0 ? 0 : static_cast<double>(shared) / static_cast<double>(used);
 }
 
 std::vector<LoopCandidate> FindCandidates(const LoopClosureOptions& options,
@@ -114,27 +120,25 @@ double ExpectedInformation(const IcpOptions& icp, const SubmapShape& target,
   return 0.5 * candidate.predicted_overlap * std::log(std::max(1.0, gain.determinant()));
 }
 
-void KeepMostInformative(const LoopClosureOptions& options,
-                         std::vector<LoopCandidate>& candidates) {
+void KeepBest(const LoopClosureOptions& options, double LoopCandidate::*merit,
+              std::vector<LoopCandidate>& candidates) {
   std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const auto& a, const auto& b) { return a.information > b.information; });
+                   [&](const auto& a, const auto& b) { return a.*merit > b.*merit; });
   if (static_cast<int>(candidates.size()) > options.max_candidates)
     candidates.erase(candidates.begin() + options.max_candidates, candidates.end());
 }
 
 double ShareInFreeWater(const SubmapShape& target, const SubmapShape& source, const Pose3& X_ik) {
   constexpr std::size_t kMaxPoints = 800;
-  const std::size_t used = std::min(kMaxPoints, source.cloud.size());
   const BrickGrid& grid = target.submap->grid;
   const Pose3 X_Mk = target.anchor.X_MC * X_ik;
   int known = 0, in_water = 0;
-  for (std::size_t u = 0; u < used; ++u) {
-    const Vec3& p_k = source.cloud.points()[u * source.cloud.size() / used];
+  ForSpreadPoints(source.cloud, kMaxPoints, [&](const Vec3& p_k) {
     const VoxelKey key = grid.grid().KeyOf(X_Mk * p_k);
-    if (grid.Get(key) == kUnknownUnits) continue;
+    if (grid.Get(key) == kUnknownUnits) return;
     ++known;
     in_water += !HasOccupiedNear(grid, key, target.occupied_from);
-  }
+  });
   return known == 0 ? 0 : static_cast<double>(in_water) / known;
 }
 

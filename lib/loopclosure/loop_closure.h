@@ -113,8 +113,9 @@ double ExpectedInformation(const IcpOptions& icp, const SubmapShape& target,
                            const SubmapShape& source, const Pose3& X_ik,
                            const LoopCandidate& candidate);
 
-/// The max_candidates from which most is expected, best first.
-void KeepMostInformative(const LoopClosureOptions& options, std::vector<LoopCandidate>& candidates);
+/// The max_candidates that have most of a merit, best first.
+void KeepBest(const LoopClosureOptions& options, double LoopCandidate::*merit,
+              std::vector<LoopCandidate>& candidates);
 
 /// What became of a candidate.
 struct LoopClosure {

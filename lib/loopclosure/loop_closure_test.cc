@@ -113,7 +113,7 @@ TEST_F(LoopClosureTest, TheMostInformativeCandidatesAreKeptInOrder) {
     for (SubmapId id = 0; id < 5; ++id)
       candidates.push_back({id, 1, Mat6::Zero(), information[id]});
     options_.max_candidates = most;
-    KeepMostInformative(options_, candidates);
+    KeepBest(options_, &LoopCandidate::information, candidates);
     const std::vector<SubmapId> order = {1, 3, 0, 2, 4};
     ASSERT_EQ(candidates.size(), std::min<std::size_t>(most, order.size()));
     for (std::size_t c = 0; c < candidates.size(); ++c) EXPECT_EQ(candidates[c].id, order[c]);

@@ -48,6 +48,17 @@ Index PlaceIn(const Front& front, int row) {
   return front.last - front.first + (found - front.rows.begin());
 }
 
+/// Eigen has a faster way for vectors.
+template <class Triangular, class Rows>
+void SolveInPlace(const Triangular& L, Rows& B) {
+  if (B.cols() == 1) {
+    auto vector = B.col(0);
+    L.solveInPlace(vector);
+  } else {
+    L.solveInPlace(B);
+  }
+}
+
 }  // namespace
 
 template <int kSize>
@@ -249,13 +260,7 @@ MatrixXd BlockCholesky<kSize>::SolveLower(const MatrixXd& B) const {
   for (const Front& front : fronts_) {
     auto own = Z.middleRows(kSize * front.first, front.columns());
     if (own.isZero(0)) continue;
-    const auto L11 = front.L.topRows(front.columns()).template triangularView<Eigen::Lower>();
-    if (own.cols() == 1) {  // Eigen has a faster way for vectors.
-      auto vector = own.col(0);
-      L11.solveInPlace(vector);
-    } else {
-      L11.solveInPlace(own);
-    }
+    SolveInPlace(front.L.topRows(front.columns()).template triangularView<Eigen::Lower>(), own);
     below.noalias() = front.L.bottomRows(front.height() - front.columns()) * own;
     for (std::size_t i = 0; i < front.rows.size(); ++i)
       rows_of(Z, front.rows[i]) -= rows_of(below, static_cast<Index>(i));
@@ -276,12 +281,7 @@ MatrixXd BlockCholesky<kSize>::SolveUpper(MatrixXd Z) const {
       rows_of(below, static_cast<Index>(i)) = rows_of(Z, front->rows[i]);
     own.noalias() -= front->L.bottomRows(below.rows()).transpose() * below;
     const auto L11 = front->L.topRows(front->columns()).template triangularView<Eigen::Lower>();
-    if (own.cols() == 1) {
-      auto vector = own.col(0);
-      L11.transpose().solveInPlace(vector);
-    } else {
-      L11.transpose().solveInPlace(own);
-    }
+    SolveInPlace(L11.transpose(), own);
   }
   MatrixXd X(Z.rows(), Z.cols());
   for (std::size_t place = 0; place < order_.size(); ++place)

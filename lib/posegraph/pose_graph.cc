@@ -324,16 +324,20 @@ double PoseGraph::ChiSquareOf(const Constraint& constraint) const {
   return (constraint.whitening * e.error).squaredNorm();
 }
 
-std::vector<Mat6> PoseGraph::RelativeCovariances(const std::vector<NodePair>& pairs) const {
+bool PoseGraph::AreMany(const std::vector<NodePair>& pairs) const {
+  const double few = kFewPairs * static_cast<double>(graph_.nodes.size());
+  if (static_cast<double>(pairs.size()) <= few) return false;
   std::set<NodePair> joined;
   for (const auto& [number, constraint] : graph_.constraints)
     joined.insert(std::minmax(constraint.from, constraint.to));
   std::set<NodeId> others;
   for (const auto& [i, k] : pairs)
     if (!joined.count(std::minmax(i, k))) others.insert(k);
-  const double few = kFewPairs * static_cast<double>(graph_.nodes.size());
-  if (static_cast<double>(pairs.size()) > few + 2.0 * static_cast<double>(others.size()))
-    return ManyRelativeCovariances(pairs);
+  return static_cast<double>(pairs.size()) > few + 2.0 * static_cast<double>(others.size());
+}
+
+std::vector<Mat6> PoseGraph::RelativeCovariances(const std::vector<NodePair>& pairs) const {
+  if (AreMany(pairs)) return ManyRelativeCovariances(pairs);
   if (!KeepExactFactor()) return {};
   std::vector<Mat6> covariances;
   for (const NodePair& pair : pairs)
@@ -402,6 +406,13 @@ std::vector<Mat6> PoseGraph::ManyRelativeCovariances(const std::vector<NodePair>
     covariances.push_back(marginal(k) + A * marginal(i) * A.transpose() - P_ik - P_ik.transpose());
   }
   return covariances;
+}
+
+std::vector<int> ClosuresOf(const PoseGraph& graph) {
+  std::vector<int> numbers;
+  for (const auto& [number, constraint] : graph.constraints())
+    if (constraint.kind != ConstraintKind::kOdometry) numbers.push_back(number);
+  return numbers;
 }
 
 }  // namespace vog

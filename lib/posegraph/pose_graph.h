@@ -93,6 +93,8 @@ class PoseGraph {
   bool KeepExactFactor() const;
   /// Derivatives of X_ik by the poses, transposed.
   Eigen::MatrixXd DerivativesOf(const std::vector<NodePair>& pairs) const;
+  /// Whether the covariances of so many pairs are cheaper from a new factor and its inverse.
+  bool AreMany(const std::vector<NodePair>& pairs) const;
   std::vector<Mat6> ManyRelativeCovariances(const std::vector<NodePair>& pairs) const;
 
   PoseGraphOptions options_;
@@ -101,5 +103,8 @@ class PoseGraph {
   bool is_near_optimum_ = false;              ///< What has changed since the last solve is little.
   mutable std::optional<KeptFactor> factor_;  ///< Maybe of poses and constraints before.
 };
+
+/// The numbers of a graph's constraints that are not odometry, ascending.
+std::vector<int> ClosuresOf(const PoseGraph& graph);
 
 }  // namespace vog

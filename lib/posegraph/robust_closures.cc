@@ -106,8 +106,8 @@ using Shares = std::map<int, double>;  ///< By the constraint's number.
 template <class ShareOf>
 Shares SharesOf(const PoseGraph& graph, ShareOf share_of) {
   Shares shares;
-  for (const auto& [number, constraint] : graph.constraints())
-    if (constraint.kind != ConstraintKind::kOdometry) shares[number] = share_of(constraint);
+  for (const int number : ClosuresOf(graph))
+    shares[number] = share_of(graph.constraints().at(number));
   return shares;
 }
 
@@ -135,9 +135,8 @@ void RemoveAbove(PoseGraph& graph, Shares& shares, const Spread& spread,
 int SolveWithGrowingDoubt(PoseGraph& graph) {
   constexpr double kStep = 4, kLastPhi = 6;
   double phi = kLastPhi;
-  for (const auto& [number, constraint] : graph.constraints())
-    if (constraint.kind != ConstraintKind::kOdometry)
-      phi = std::max(phi, graph.ChiSquareOf(constraint));
+  for (const int number : ClosuresOf(graph))
+    phi = std::max(phi, graph.ChiSquareOf(graph.constraints().at(number)));
   int iterations = 0;
   for (; phi > kLastPhi; phi /= kStep) iterations += graph.Solve({phi}).iterations;
   return iterations + graph.Solve({kLastPhi}).iterations;

@@ -125,7 +125,7 @@ void Slam::CloseLoops(const SubmapShape& source) {
     candidate.information =
         ExpectedInformation(settings_.registration, *shapes_.at(candidate.id), source,
                             PredictedX_ik(candidate.id, source.id), candidate);
-  KeepMostInformative(settings_.loop_closure, candidates);
+  KeepBest(settings_.loop_closure, &LoopCandidate::information, candidates);
   for (LoopCandidate& candidate : candidates)
     candidate.starts = {PredictedX_ik(candidate.id, source.id)};
   for (const LoopClosure& loop : Try(source, candidates)) Close(loop);
@@ -177,11 +177,7 @@ std::vector<LoopCandidate> Slam::LostCandidates(const SubmapShape& source) const
   std::erase_if(lost, [&](const LoopCandidate& candidate) {
     return candidate.predicted_overlap < options.min_predicted_overlap;
   });
-  std::stable_sort(lost.begin(), lost.end(), [](const auto& a, const auto& b) {
-    return a.predicted_overlap > b.predicted_overlap;
-  });
-  if (static_cast<int>(lost.size()) > options.max_candidates)
-    lost.erase(lost.begin() + options.max_candidates, lost.end());
+  KeepBest(options, &LoopCandidate::predicted_overlap, lost);
   return lost;
 }
 
@@ -238,8 +234,7 @@ bool Slam::DropContradicting() {
     if (closure.loop.chi_square <= ChiSquare99(closure.loop.directions)) continue;
     graph_.RemoveConstraint(closure.constraint);
     closure.constraint = -1;
-    closure.loop.accepted = false;
-    closure.loop.reason = "contradicts the other closures";
+    closure.loop = Reject(closure.loop, "contradicts the other closures");
     dropped = true;
   }
   return dropped;

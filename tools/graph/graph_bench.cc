@@ -1,5 +1,6 @@
 #include "tools/graph/graph_bench.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -65,7 +66,7 @@ Json ToJson(const ResolveResult& result) {
 }
 
 void PrintTables(const Json& report) {
-  std::printf("%s wrong closures: with %s closures, seeds %s, groups of %s\n", "robust solves with",
+  std::printf("robust solves with wrong closures: with %s closures, seeds %s, groups of %s\n",
               report["closures"].dump().c_str(),
               report["seeds"].get_ref<const std::string&>().c_str(),
               report["group"].dump().c_str());
@@ -91,8 +92,7 @@ void PrintTables(const Json& report) {
 
 }  // namespace
 
-void BenchGraph(const PoseGraph& graph, const PoseGraphOptions& solver,
-                const GraphBenchOptions& options) {
+void BenchGraph(const PoseGraph& graph, const GraphBenchOptions& options) {
   Json report = {
       {"nodes", graph.nodes().size()},
       {"closures", options.outliers.closures},
@@ -103,7 +103,7 @@ void BenchGraph(const PoseGraph& graph, const PoseGraphOptions& solver,
     ProgressBar bar;
     report["outliers"] = MeasureOutliers(graph, options, bar);
     bar.Show(1, "solves after new closures");
-    report["resolve"] = ToJson(MeasureResolve(graph, solver, options.resolved));
+    report["resolve"] = ToJson(MeasureResolve(graph, options.resolved));
   }
   if (options.json) {
     std::printf("%s\n", report.dump(2).c_str());

@@ -19,7 +19,6 @@ struct GraphBenchOptions {
 /// wrong and of the true ones are kept, and how far the trajectory is from the one solved without
 /// wrong ones; and what it costs to solve again after a new closure. @throws as OutlierTrial() and
 /// MeasureResolve().
-void BenchGraph(const PoseGraph& graph, const PoseGraphOptions& solver,
-                const GraphBenchOptions& options);
+void BenchGraph(const PoseGraph& graph, const GraphBenchOptions& options);
 
 }  // namespace vog

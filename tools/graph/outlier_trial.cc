@@ -12,13 +12,6 @@
 namespace vog {
 namespace {
 
-std::vector<int> ClosuresOf(const PoseGraph& graph) {
-  std::vector<int> numbers;
-  for (const auto& [number, constraint] : graph.constraints())
-    if (constraint.kind != ConstraintKind::kOdometry) numbers.push_back(number);
-  return numbers;
-}
-
 /// Removes all closures but `count` of them.
 void Thin(PoseGraph& graph, int count, Random& random) {
   std::vector<int> numbers = ClosuresOf(graph);

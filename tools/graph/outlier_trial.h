@@ -35,11 +35,9 @@ class OutlierTrial {
   /// Adds so many wrong closures that they are `share` of all, and solves robustly.
   OutlierResult Run(double share) const;
 
+ private:
   /// A graph with `count` wrong closures more than the truth has.
   PoseGraph WithWrongClosures(int count, Random& random) const;
-  const PoseGraph& truth() const { return truth_; }
-
- private:
   std::vector<Constraint> WrongGroup(int size, Random& random) const;
   Pose3 WrongRegistration(NodeId i, NodeId k, Random& random) const;
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 
 #include "lib/base/errors.h"
@@ -15,9 +16,7 @@ namespace {
 constexpr int kBatchSolves = 5;
 
 std::vector<Constraint> TakeLastClosures(PoseGraph& graph, int count) {
-  std::vector<int> numbers;
-  for (const auto& [number, constraint] : graph.constraints())
-    if (constraint.kind != ConstraintKind::kOdometry) numbers.push_back(number);
+  const std::vector<int> numbers = ClosuresOf(graph);
   const auto kept = std::max<std::ptrdiff_t>(0, std::ssize(numbers) - count);
   std::vector<Constraint> taken;
   for (auto number = numbers.begin() + kept; number != numbers.end(); ++number) {
@@ -27,12 +26,11 @@ std::vector<Constraint> TakeLastClosures(PoseGraph& graph, int count) {
   return taken;
 }
 
-PoseGraph CopyWithoutPast(const PoseGraph& graph, const PoseGraphOptions& solver) {
-  PoseGraph copy(solver);
-  for (const auto& [id, X_W] : graph.nodes()) copy.AddNode(id, X_W);
-  for (const auto& [id, X_W] : graph.nodes())
-    if (graph.IsFixed(id)) copy.Fix(id);
-  for (const auto& [number, constraint] : graph.constraints()) copy.AddConstraint(constraint);
+/// A copy that the next solve does not take for one that was just solved.
+PoseGraph CopyToBeSolvedAnew(const PoseGraph& graph) {
+  PoseGraph copy = graph;
+  const auto& [id, X_W] = *graph.nodes().begin();
+  copy.SetPose(id, X_W);
   return copy;
 }
 
@@ -54,7 +52,7 @@ double QuantileOf(std::vector<double> values, double share) {
 
 }  // namespace
 
-ResolveResult MeasureResolve(PoseGraph graph, const PoseGraphOptions& solver, int closures) {
+ResolveResult MeasureResolve(PoseGraph graph, int closures) {
   const std::vector<Constraint> taken = TakeLastClosures(graph, closures);
   if (taken.empty()) throw UsageError("the graph has no closures");
   StartFromTheBetter(graph);
@@ -67,12 +65,12 @@ ResolveResult MeasureResolve(PoseGraph graph, const PoseGraphOptions& solver, in
   std::vector<double> ms, batch_ms;
   for (int i = 0; i < result.closures; ++i) {
     graph.AddConstraint(taken[static_cast<std::size_t>(i)]);
-    const bool is_compared = i % batch_every == 0;
-    PoseGraph anew = is_compared ? CopyWithoutPast(graph, solver) : PoseGraph(solver);
+    std::optional<PoseGraph> anew;
+    if (i % batch_every == 0) anew = CopyToBeSolvedAnew(graph);
     const TimedSolve solved = Solve(graph);
     ms.push_back(solved.ms);
-    if (!is_compared) continue;
-    const TimedSolve batch = Solve(anew);
+    if (!anew) continue;
+    const TimedSolve batch = Solve(*anew);
     batch_ms.push_back(batch.ms);
     result.largest_cost_difference =
         std::max(result.largest_cost_difference,

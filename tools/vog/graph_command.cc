@@ -20,6 +20,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+const PoseGraphOptions kSolver{200, 1e-9};
+
 void Print(const Json& json, bool as_json) {
   if (as_json) {
     std::printf("%s\n", json.dump(2).c_str());
@@ -74,7 +76,6 @@ void AddFile(CLI::App& command, const std::string& name, std::string& file) {
 struct OptimizeArguments {
   std::string in, out, robust = "none";
   Reading reading;
-  PoseGraphOptions solver{200, 1e-9};
   bool json = false;
 };
 
@@ -82,7 +83,7 @@ void Optimize(const OptimizeArguments& arguments) {
   G2oGraph g2o = Read(arguments.in).graph;
   const Stopwatch stopwatch;
   PoseGraph graph =
-      ToPoseGraph(g2o, arguments.solver, arguments.reading.rotation, arguments.reading.objective);
+      ToPoseGraph(g2o, kSolver, arguments.reading.rotation, arguments.reading.objective);
   const double initial_cost = graph.Cost();
   RobustSummary summary;
   if (arguments.robust == "dcs") {
@@ -239,7 +240,6 @@ void AddInfo(CLI::App& graph) {
 struct BenchArguments {
   std::string file, seeds = "1..10";
   Reading reading;
-  PoseGraphOptions solver{200, 1e-9};
   GraphBenchOptions bench;
 };
 
@@ -247,18 +247,17 @@ void Bench(BenchArguments& arguments) {
   const SeedRange seeds = ParseSeeds(arguments.seeds, "--seeds: ");
   arguments.bench.first_seed = seeds.first;
   arguments.bench.last_seed = seeds.last;
-  BenchGraph(ToPoseGraph(Read(arguments.file).graph, arguments.solver, arguments.reading.rotation,
+  BenchGraph(ToPoseGraph(Read(arguments.file).graph, kSolver, arguments.reading.rotation,
                          arguments.reading.objective),
-             arguments.solver, arguments.bench);
+             arguments.bench);
 }
 
 void AddBench(CLI::App& graph) {
   auto* command = graph.add_subcommand(
       "bench",
       "Add wrong closures to a file's graph, solve it as optimize --robust dcs does, and tell "
-      "which "
-      "closures were kept and how far the trajectory is from the one solved without wrong ones; "
-      "then give it its last closures one at a time, and tell what each solve costs.");
+      "which closures were kept and how far the trajectory is from the one solved without wrong "
+      "ones; then give it its last closures one at a time, and tell what each solve costs.");
   const auto arguments = std::make_shared<BenchArguments>();
   GraphBenchOptions& bench = arguments->bench;
   AddFile(*command, "file", arguments->file);

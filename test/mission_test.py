@@ -56,6 +56,13 @@ class MissionTest(VogTest):
                      "reconstruction_vog.ply", "reconstruction_vog_no_lc.ply",
                      "reconstruction_standard.ply"):
             self.assertTrue((self.run_folder / name).is_file(), name)
+        lines = (self.run_folder / "submap_places.csv").read_text().splitlines()
+        places = [[float(number) for number in line.split(",")] for line in lines[1:]]
+        self.assertEqual(len(places), self.metrics(self.run_folder)["submaps"])
+        column = lines[0].split(",").index
+        of_x, to_newest = column("covariance_WM_x_x"), column("covariance_MN_x_x")
+        self.assertGreater(places[-1][of_x], places[0][of_x])
+        self.assertGreater(places[0][to_newest], places[-1][to_newest])
         poses = (self.run_folder / "estimate.tum").read_text().splitlines()
         self.assertEqual(len(poses), self.metrics(self.run_folder)["scans"])
         self.assertEqual(len(poses[0].split()), 8)

@@ -33,6 +33,11 @@ Mat6 PlanarTo6(const Mat3& planar) {
 
 Mat3 PlanarOf(const Mat6& full) { return full(kPlanar, kPlanar); }
 
+double HorizontalSigma(const Mat6& covariance) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(covariance.topLeftCorner<2, 2>());
+  return std::sqrt(std::max(0.0, eigen.eigenvalues()[1]));
+}
+
 Mat3 ComposePlanarCovariance(const Mat3& covariance_AB, const Pose3& X_BC,
                              const Mat3& covariance_BC) {
   const Mat3 Ad_CB = PlanarAdjointOf(X_BC.inverse());

@@ -63,6 +63,10 @@ Mat6 PlanarTo6(const Mat3& planar);
 /// The rows and columns of (x, y, yaw).
 Mat3 PlanarOf(const Mat6& full);
 
+/// The largest horizontal standard deviation in the covariance of a pose, in whatever direction
+/// [m].
+double HorizontalSigma(const Mat6& covariance);
+
 /// Covariance of (x, y, yaw) of X_AC = X_AB * X_BC from those of its two parts.
 Mat3 ComposePlanarCovariance(const Mat3& covariance_AB, const Pose3& X_BC,
                              const Mat3& covariance_BC);

@@ -46,11 +46,6 @@ double DistanceOf(const Pose3& a, const Pose3& b) {
 
 bool IsLost(const IcpOptions& icp, double sigma_m) { return sigma_m > icp.start_distance_m / 2; }
 
-double HorizontalSigma(const Mat6& covariance) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(covariance.topLeftCorner<2, 2>());
-  return std::sqrt(std::max(0.0, eigen.eigenvalues()[1]));
-}
-
 std::vector<SearchPlace> SearchPlaces(const IcpOptions& icp, const SubmapShape& target,
                                       const SubmapShape& source, const Pose3& predicted_X_ik,
                                       const Mat6& covariance) {

@@ -10,8 +10,6 @@ namespace vog {
 /// largest horizontal standard deviation of the prediction: it is more than half of how far
 /// correspondences reach.
 bool IsLost(const IcpOptions& icp, double sigma_m);
-/// The largest horizontal standard deviation in a covariance [m].
-double HorizontalSigma(const Mat6& covariance);
 
 /// A pose at which a registration may begin.
 struct SearchPlace {

@@ -69,6 +69,48 @@ std::optional<Pose3> FromMessage(const pose_t& message) {
   return MakePose(VectorFrom(message.position_m), rotation);
 }
 
+covariance_t ToMessage(const Mat6& covariance) {
+  covariance_t message{};
+  float* next = message.upper;
+  for (int row = 0; row < 6; ++row)
+    for (int col = row; col < 6; ++col) *next++ = static_cast<float>(covariance(row, col));
+  return message;
+}
+
+std::optional<Mat6> FromMessage(const covariance_t& message) {
+  if (!AllFinite(message.upper)) return std::nullopt;
+  Mat6 covariance;
+  const float* next = message.upper;
+  for (int row = 0; row < 6; ++row)
+    for (int col = row; col < 6; ++col) covariance(row, col) = covariance(col, row) = *next++;
+  if ((covariance.diagonal().array() < 0).any()) return std::nullopt;
+  return covariance;
+}
+
+submap_poses_t ToMessage(const std::vector<SubmapPlace>& places) {
+  submap_poses_t message{};
+  message.count = static_cast<int>(places.size());
+  for (const SubmapPlace& place : places) {
+    message.submap_id.push_back(place.id);
+    message.X_WM.push_back(ToMessage(place.X_WM));
+    message.covariance_WM.push_back(ToMessage(place.covariance_WM));
+    message.covariance_MN.push_back(ToMessage(place.covariance_MN));
+  }
+  return message;
+}
+
+std::optional<std::vector<SubmapPlace>> FromMessage(const submap_poses_t& message) {
+  std::vector<SubmapPlace> places;
+  for (std::size_t i = 0; i < message.X_WM.size(); ++i) {
+    const auto X_WM = FromMessage(message.X_WM[i]);
+    const auto covariance_WM = FromMessage(message.covariance_WM[i]);
+    const auto covariance_MN = FromMessage(message.covariance_MN[i]);
+    if (!X_WM || !covariance_WM || !covariance_MN) return std::nullopt;
+    places.push_back({message.submap_id[i], *X_WM, *covariance_WM, *covariance_MN});
+  }
+  return places;
+}
+
 vehicle_nav_t ToMessage(const VehicleNavRecord& record) {
   vehicle_nav_t message{};
   message.X_OB = ToMessage(record.X_OB);

@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "lib/geometry/odometry.h"
 #include "lib/navigation/records.h"
@@ -10,6 +11,7 @@
 #include "lib/scan/sonar_records.h"
 #include "lib/submap/submap.h"
 #include "vog/control_t.hpp"
+#include "vog/covariance_t.hpp"
 #include "vog/depth_t.hpp"
 #include "vog/dvl_t.hpp"
 #include "vog/imu_t.hpp"
@@ -17,6 +19,7 @@
 #include "vog/scan_t.hpp"
 #include "vog/sonar_frame_t.hpp"
 #include "vog/sonar_returns_t.hpp"
+#include "vog/submap_poses_t.hpp"
 #include "vog/submap_t.hpp"
 #include "vog/vehicle_nav_t.hpp"
 
@@ -42,6 +45,19 @@ template <int N>
 Eigen::Matrix<double, N, N> MatrixFrom(const double (&numbers)[N * N]) {
   return Eigen::Map<const RowMajor<N>>(numbers);
 }
+
+covariance_t ToMessage(const Mat6& covariance);
+std::optional<Mat6> FromMessage(const covariance_t& message);
+
+/// What SUBMAP_POSES tells of a submap.
+struct SubmapPlace {
+  SubmapId id = 0;
+  Pose3 X_WM = Pose3::Identity();
+  Mat6 covariance_WM = Mat6::Zero();  ///< The world stands where the first submap began.
+  Mat6 covariance_MN = Mat6::Zero();  ///< Of the motion to the newest submap's base N.
+};
+submap_poses_t ToMessage(const std::vector<SubmapPlace>& places);
+std::optional<std::vector<SubmapPlace>> FromMessage(const submap_poses_t& message);
 
 /// The origin travels as header.epoch.
 vehicle_nav_t ToMessage(const VehicleNavRecord& record);

@@ -204,7 +204,8 @@ TEST_F(EndpointTest, NoFlippedBitOfAnArrayMessageDoesHarm) {
   poses.count = 1;
   poses.submap_id = {7};
   poses.X_WM.resize(1);
-  poses.sigma_xy_m = {1};
+  poses.covariance_WM.resize(1);
+  poses.covariance_MN.resize(1);
   const auto flip_all = [](auto message) {
     const std::vector<std::uint8_t> good = Encode(message);
     int decoded = 0;

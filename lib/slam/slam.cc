@@ -61,7 +61,7 @@ void Slam::AddSubmap(const SubmapPtr& submap) {
     if (DropContradicting()) graph_.Solve();
   }
   PlaceSubmaps();
-  UpdateSigmas();
+  UpdateCovariances();
   ++version_;
 }
 
@@ -157,7 +157,8 @@ std::vector<LoopCandidate> Slam::LostCandidates(const SubmapShape& source) const
   for (const auto& [id, shape] : shapes_) {
     if (source.id - id < options.min_separation) continue;
     // Where one is known well, all others are known as well as the graph can tell.
-    if (!IsLost(settings_.registration, sigma_xy_m_.at(id) + edge_sigma_m)) return {};
+    const double sigma_m = HorizontalSigma(covariances_.at(id).of_X_MN) + edge_sigma_m;
+    if (!IsLost(settings_.registration, sigma_m)) return {};
     lost.push_back({id, 0});
   }
   PredictCovariances(source.id, lost);
@@ -240,17 +241,23 @@ bool Slam::DropContradicting() {
   return dropped;
 }
 
-void Slam::UpdateSigmas() {
-  const NodeId newest = graph_.nodes().rbegin()->first;
+void Slam::UpdateCovariances() {
+  const NodeId first = graph_.nodes().begin()->first, newest = graph_.nodes().rbegin()->first;
   std::vector<std::pair<NodeId, NodeId>> pairs;
-  for (const auto& [id, X_W] : graph_.nodes()) pairs.emplace_back(id, newest);
-  const auto covariances = BodyCovariances(pairs);
-  sigma_xy_m_.clear();
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const double variance =
-        covariances.empty() ? 1e6 : std::max(covariances[i](0, 0), covariances[i](1, 1));
-    sigma_xy_m_[pairs[i].first] = std::sqrt(std::max(0.0, variance));
+  for (const auto& [id, X_W] : graph_.nodes()) {
+    pairs.emplace_back(first, id);
+    pairs.emplace_back(id, newest);
   }
+  const auto covariances = BodyCovariances(pairs);
+  // From X Exp(xi) at the node C to the same at the base M.
+  const auto at_base = [&](std::size_t p) -> Mat6 {
+    if (covariances.empty()) return kNoPrediction;
+    const Mat6 Ad = AdjointOf(anchors_.at(pairs[p].second).X_MC);
+    return Ad * covariances[p] * Ad.transpose();
+  };
+  covariances_.clear();
+  for (std::size_t p = 0; p < pairs.size(); p += 2)
+    covariances_[pairs[p].second] = {at_base(p), at_base(p + 1)};
 }
 
 std::vector<Mat6> Slam::BodyCovariances(const std::vector<std::pair<NodeId, NodeId>>& pairs) const {

@@ -56,6 +56,13 @@ struct SlamSettings {
   static SlamSettings From(const Config& config);
 };
 
+/// How well the place of a submap is known. Of the body's pose at its base, right perturbation;
+/// huge where the graph does not determine all poses.
+struct PlaceCovariance {
+  Mat6 of_X_WM = Mat6::Zero();  ///< In the world, which stands where the body was at first.
+  Mat6 of_X_MN = Mat6::Zero();  ///< Of the motion from here to the newest submap's base N.
+};
+
 /// Sees, and may change, each registration before it is judged: to study what wrong ones do. Called
 /// in the order of the candidates.
 using RegistrationHook = std::function<void(SubmapId target, SubmapId source, IcpResult&)>;
@@ -96,8 +103,8 @@ class Slam {
   /// all poses.
   std::vector<Mat6> BodyCovariances(const std::vector<std::pair<NodeId, NodeId>>& pairs) const;
 
-  /// Horizontal standard deviation of the body's pose at each node relative to the newest [m].
-  const std::map<NodeId, double>& sigma_xy_m() const { return sigma_xy_m_; }
+  /// One for each submap, of the present poses.
+  const std::map<SubmapId, PlaceCovariance>& covariances() const { return covariances_; }
 
  private:
   void AddNode(const Submap& submap);
@@ -116,7 +123,7 @@ class Slam {
   Pose3 PredictedX_ik(NodeId i, NodeId k) const;
   void PredictCovariances(NodeId newest, std::vector<LoopCandidate>& candidates) const;
   bool DropContradicting();
-  void UpdateSigmas();
+  void UpdateCovariances();
 
   SlamSettings settings_;
   RegistrationHook hook_;
@@ -126,7 +133,7 @@ class Slam {
   std::map<SubmapId, Pose3> X_WM_;
   std::map<SubmapId, std::unique_ptr<SubmapShape>> shapes_;
   std::vector<Closure> closures_;
-  std::map<NodeId, double> sigma_xy_m_;
+  std::map<SubmapId, PlaceCovariance> covariances_;
   std::int64_t version_ = 0;
 };
 

@@ -148,21 +148,26 @@ TEST(SlamTest, SigmasGrowWithTheDistanceFromTheNewest) {
   SlamSettings settings;
   settings.slam.loop_closures = false;
   const auto slam = SlamOf(mission, settings);
-  EXPECT_EQ(slam->sigma_xy_m().at(9), 0);
-  for (NodeId id = 0; id < 9; ++id) {
-    const double sigma_m = slam->sigma_xy_m().at(id);
-    EXPECT_GT(sigma_m, slam->sigma_xy_m().at(id + 1));
-    EXPECT_GE(sigma_m, 0.99 * kSigma_m * std::sqrt(9 - id));
+  const auto sigma_m = [](const Slam& dut, SubmapId id) {
+    return HorizontalSigma(dut.covariances().at(id).of_X_MN);
+  };
+  EXPECT_EQ(sigma_m(*slam, 9), 0);
+  for (SubmapId id = 0; id < 9; ++id) {
+    EXPECT_GT(sigma_m(*slam, id), sigma_m(*slam, id + 1));
+    EXPECT_GE(sigma_m(*slam, id), 0.99 * kSigma_m * std::sqrt(9 - id));
   }
   const auto closed = SlamOf(mission);
-  EXPECT_LT(closed->sigma_xy_m().at(0), 0.5 * slam->sigma_xy_m().at(0));
+  EXPECT_LT(sigma_m(*closed, 0), 0.5 * sigma_m(*slam, 0));
 }
 
 TEST(SlamTest, GivesTheSameBitsEachTime) {
   const Mission mission(5, 12);
   const auto a = SlamOf(mission), b = SlamOf(mission);
   for (const auto& [id, X] : a->X_WM()) EXPECT_EQ(X.matrix(), b->X_WM().at(id).matrix());
-  EXPECT_EQ(a->sigma_xy_m(), b->sigma_xy_m());
+  for (const auto& [id, covariance] : a->covariances()) {
+    EXPECT_EQ(covariance.of_X_WM, b->covariances().at(id).of_X_WM);
+    EXPECT_EQ(covariance.of_X_MN, b->covariances().at(id).of_X_MN);
+  }
   ASSERT_EQ(a->closures().size(), b->closures().size());
   for (std::size_t i = 0; i < a->closures().size(); ++i)
     EXPECT_EQ(a->closures()[i].loop.chi_square, b->closures()[i].loop.chi_square);
@@ -233,9 +238,21 @@ TEST(SlamTest, BodyCovariancesHoldTheDriftInside) {
   inside.diagonal() = Twist(0.04, 0.01, 0, 0, 0, 1e-4) / 3;
   EXPECT_LT((body - frames - inside - Ad * inside * Ad.transpose()).norm(), 1e-12);
   EXPECT_LT(slam->BodyCovariances({{3, 3}})[0].norm(), 1e-20);
-  const Mat6 to_newest = slam->BodyCovariances({{2, 15}})[0];
-  EXPECT_NEAR(slam->sigma_xy_m().at(2), std::sqrt(std::max(to_newest(0, 0), to_newest(1, 1))),
-              1e-12);
+  const auto of = slam->BodyCovariances({{2, 15}, {0, 2}});
+  EXPECT_LT((slam->covariances().at(2).of_X_MN - of[0]).norm(), 1e-12);
+  EXPECT_LT((slam->covariances().at(2).of_X_WM - of[1]).norm(), 1e-12);
+}
+
+// The node's place is a matter of how the graph is written: what is known of a base is not.
+TEST(SlamTest, CovariancesAreThoseOfTheBasesWhateverIsTheNode) {
+  const Mission mission(9, 8);
+  SlamSettings settings;
+  settings.slam.node = NodePlace::kMiddle;
+  const auto slam = SlamOf(mission, settings);
+  const Pose3 X_MC = NodeIn(mission.submaps[5]->X_ML, NodePlace::kMiddle);
+  const Mat6 Ad = AdjointOf(X_MC);
+  const Mat6 expected = Ad * slam->BodyCovariances({{0, 5}})[0] * Ad.transpose();
+  EXPECT_LT((slam->covariances().at(5).of_X_WM - expected).norm(), 1e-12);
 }
 
 // In mid-mission all is known of a motion is that it was some metres at most: the reckoning says it

@@ -168,16 +168,16 @@ void MapServiceNode::OnClosed(const SubmapPtr& submap, Time time) {
 void MapServiceNode::OnSubmapPoses(const submap_poses_t& message) {
   const bool is_newer = message.header.epoch > poses_epoch_ || message.version > poses_version_;
   if (!is_newer) return;
+  const auto places = FromMessage(message);
+  if (!places) {
+    endpoint_.NoteMalformed();
+    return;
+  }
   std::map<SubmapId, Pose3> X_WM;
   std::vector<std::pair<SubmapId, double>> sigmas_m;
-  for (int i = 0; i < message.count; ++i) {
-    const auto pose_WM = FromMessage(message.X_WM[i]);
-    if (!pose_WM) {
-      endpoint_.NoteMalformed();
-      return;
-    }
-    X_WM[message.submap_id[i]] = *pose_WM;
-    sigmas_m.emplace_back(message.submap_id[i], message.sigma_xy_m[i]);
+  for (const SubmapPlace& place : *places) {
+    X_WM[place.id] = place.X_WM;
+    sigmas_m.emplace_back(place.id, HorizontalSigma(place.covariance_MN));
   }
   poses_epoch_ = message.header.epoch;
   poses_version_ = message.version;

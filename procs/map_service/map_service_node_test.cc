@@ -56,14 +56,10 @@ class MapServiceNodeTest : public testing::Test {
     return MakePose({0.3 * id, -0.2 * id, 0.02 * id}, {0, 0, 0.4 * id});
   }
   void SayPoses(int submaps, std::int64_t version) {
-    submap_poses_t poses{};
+    std::vector<SubmapPlace> places;
+    for (SubmapId id = 0; id < submaps; ++id) places.push_back({id, SlamPoseOf(id)});
+    submap_poses_t poses = ToMessage(places);
     poses.version = version;
-    poses.count = submaps;
-    for (SubmapId id = 0; id < submaps; ++id) {
-      poses.submap_id.push_back(id);
-      poses.X_WM.push_back(ToMessage(SlamPoseOf(id)));
-      poses.sigma_xy_m.push_back(0);
-    }
     bench_.Say(outputs::kSubmapPoses, poses, bench_.queue.now());
     bench_.RunFor(Duration(0));
   }
@@ -307,12 +303,8 @@ TEST_F(MapServiceNodeTest, StaleOrForeignPosesMoveNothing) {
   const map_reply_t before = answer();
   EXPECT_EQ(before.poses_version, 4);
 
-  submap_poses_t poses{};
+  submap_poses_t poses = ToMessage(std::vector<SubmapPlace>{{0, MakePose({50, 0, 0})}});
   poses.version = 9;
-  poses.count = 1;
-  poses.submap_id = {0};
-  poses.X_WM = {ToMessage(MakePose({50, 0, 0}))};
-  poses.sigma_xy_m = {0};
   const auto say_with = [&](auto change) {
     submap_poses_t message = poses;
     message.header = bench_.NextHeader(outputs::kSubmapPoses.name, bench_.queue.now());
@@ -584,14 +576,12 @@ class MapServiceFusionTest : public MapServiceNodeTest {
   void DriveAndSayTruePoses(int submaps) {
     for (int i = 0; i < submaps; ++i) {
       vehicle_.Drive(kScansPerSubmap);
-      submap_poses_t poses{};
+      std::vector<SubmapPlace> places;
+      const Mat6 covariance = 1e-4 * Mat6::Identity();
+      for (const SubmapPtr& submap : ExpectedSubmaps())
+        places.push_back({submap->id(), submap->base.odometry.X_OB, covariance, covariance});
+      submap_poses_t poses = ToMessage(places);
       poses.version = ++version_;
-      for (const SubmapPtr& submap : ExpectedSubmaps()) {
-        poses.submap_id.push_back(submap->id());
-        poses.X_WM.push_back(ToMessage(submap->base.odometry.X_OB));
-        poses.sigma_xy_m.push_back(0.01f);
-        ++poses.count;
-      }
       bench_.Say(outputs::kSubmapPoses, poses, bench_.queue.now());
       bench_.RunFor(Duration(0));
     }

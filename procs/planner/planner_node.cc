@@ -114,18 +114,18 @@ void PlannerNode::OnReset() { submaps_.Clear(); }
 
 void PlannerNode::OnSubmapPoses(const submap_poses_t& message) {
   if (message.header.epoch == poses_epoch_ && message.version <= poses_version_) return;
+  const auto places = FromMessage(message);
+  if (!places) {
+    endpoint_.NoteMalformed();
+    return;
+  }
   poses_epoch_ = message.header.epoch;
   poses_version_ = message.version;
   X_WM_.clear();
   std::vector<std::pair<SubmapId, double>> sigmas_m;
-  for (int i = 0; i < message.count; ++i) {
-    const auto X_WM = FromMessage(message.X_WM[i]);
-    if (!X_WM) {
-      endpoint_.NoteMalformed();
-      continue;
-    }
-    X_WM_[message.submap_id[i]] = *X_WM;
-    sigmas_m.emplace_back(message.submap_id[i], message.sigma_xy_m[i]);
+  for (const SubmapPlace& place : *places) {
+    X_WM_[place.id] = place.X_WM;
+    sigmas_m.emplace_back(place.id, HorizontalSigma(place.covariance_MN));
   }
   submaps_.Move(X_WM_, sigmas_m);
 }

@@ -42,14 +42,18 @@ graph_t ToMessage(const Slam& slam) {
 }
 
 submap_poses_t PosesOf(const Slam& slam) {
-  submap_poses_t message{};
+  std::vector<SubmapPlace> places;
   for (const auto& [id, X_WM] : slam.X_WM()) {
-    message.submap_id.push_back(id);
-    message.X_WM.push_back(vog::ToMessage(X_WM));
-    message.sigma_xy_m.push_back(static_cast<float>(slam.sigma_xy_m().at(id)));
+    const PlaceCovariance& covariance = slam.covariances().at(id);
+    places.push_back({id, X_WM, covariance.of_X_WM, covariance.of_X_MN});
   }
-  message.count = static_cast<int>(message.submap_id.size());
-  return message;
+  return vog::ToMessage(places);
+}
+
+/// Of X_WB = X_WM * X_MB.
+Mat6 Compose(const Mat6& covariance_WM, const Pose3& X_MB, const Mat6& covariance_MB) {
+  const Mat6 Ad = AdjointOf(X_MB.inverse());
+  return Ad * covariance_WM * Ad.transpose() + covariance_MB;
 }
 
 }  // namespace
@@ -117,14 +121,20 @@ void SlamNode::OnMapStatus(const map_status_t& status) {
   if (!open_) endpoint_.NoteMalformed();
 }
 
+SlamNode::Anchor SlamNode::AnchorAt(SubmapId id) const {
+  return {odometry_.at(id), slam_->X_WM().at(id), slam_->covariances().at(id).of_X_WM};
+}
+
 std::optional<SlamNode::Anchor> SlamNode::AnchorFor(std::int64_t segment) const {
   if (!odometry_.empty() && odometry_.rbegin()->second.segment == segment)
-    return Anchor{odometry_.rbegin()->second, slam_->X_WM().at(odometry_.rbegin()->first)};
+    return AnchorAt(odometry_.rbegin()->first);
   if (!open_ || open_->odometry.segment != segment) return std::nullopt;
-  if (open_->id == 0) return Anchor{open_->odometry, open_->odometry.X_OB};
-  const auto previous = slam_->X_WM().find(open_->id - 1);
-  if (previous == slam_->X_WM().end()) return std::nullopt;
-  return Anchor{open_->odometry, previous->second * open_->edge.X_PM};
+  if (open_->id == 0) return Anchor{open_->odometry, open_->odometry.X_OB, Mat6::Zero()};
+  if (!odometry_.count(open_->id - 1)) return std::nullopt;
+  const Anchor previous = AnchorAt(open_->id - 1);
+  const OdometryEdge& edge = open_->edge;
+  return Anchor{open_->odometry, previous.X_WM * edge.X_PM,
+                Compose(previous.covariance_WM, edge.X_PM, edge.covariance)};
 }
 
 void SlamNode::OnNav(const nav_t& message) {
@@ -141,7 +151,10 @@ void SlamNode::OnNav(const nav_t& message) {
   pose.X_WB = vog::ToMessage(Pose3(X_WO * sample->X_OB));
   pose.segment = sample->segment;
   pose.X_WO = vog::ToMessage(X_WO);
-  CopyMatrix<3>(MotionCovariance(anchor->odometry, *sample), pose.covariance_xyyaw);
+  const Mat3 since = MotionCovariance(anchor->odometry, *sample);
+  CopyMatrix<3>(since, pose.covariance_xyyaw);
+  const Pose3 X_MB = Ominus(anchor->odometry.X_OB, sample->X_OB);
+  pose.covariance_WB = vog::ToMessage(Compose(anchor->covariance_WM, X_MB, PlanarTo6(since)));
   std::copy_n(message.velocity_B_m_s, 3, pose.velocity_B_m_s);
   pose.yaw_rate_rad_s = message.yaw_rate_rad_s;
   endpoint_.Publish(outputs::kPose, pose, sample->time);

@@ -31,6 +31,7 @@ class SlamNode {
   struct Anchor {
     OdometrySample odometry;
     Pose3 X_WM;
+    Mat6 covariance_WM;
   };
 
   void OnSubmap(const SubmapPtr& submap);
@@ -38,6 +39,7 @@ class SlamNode {
   void OnMapStatus(const map_status_t& status);
   void OnNav(const nav_t& message);
   void PublishSolution(Time time);
+  Anchor AnchorAt(SubmapId id) const;
   std::optional<Anchor> AnchorFor(std::int64_t segment) const;
 
   SlamSettings settings_;

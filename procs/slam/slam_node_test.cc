@@ -49,7 +49,9 @@ class SlamNodeTest : public testing::Test {
     for (int i = 0; i < poses.count; ++i) {
       const NodeId id = poses.submap_id[i];
       EXPECT_TRUE(FromMessage(poses.X_WM[i])->isApprox(expected.X_WM().at(id), 1e-6)) << id;
-      EXPECT_NEAR(poses.sigma_xy_m[i], expected.sigma_xy_m().at(id), 1e-5);
+      const PlaceCovariance& covariance = expected.covariances().at(id);
+      EXPECT_LT((*FromMessage(poses.covariance_WM[i]) - covariance.of_X_WM).norm(), 1e-5);
+      EXPECT_LT((*FromMessage(poses.covariance_MN[i]) - covariance.of_X_MN).norm(), 1e-5);
     }
   }
 
@@ -129,6 +131,11 @@ TEST_F(SlamNodeTest, PoseIsTheOdometryMovedWithTheNewestSubmap) {
       FromMessage(pose.X_WB)->isApprox(X_WO * CirclingVehicle::PoseAt(vehicle_.end()), 1e-6));
   EXPECT_TRUE(MatrixFrom<3>(pose.covariance_xyyaw)
                   .isApprox(MotionCovariance(base, vehicle_.SampleAt(vehicle_.end())), 1e-6));
+  // To first order, in the world's axes: the place of the submap, and its heading's lever.
+  const Mat6 of_WB = *FromMessage(pose.covariance_WB);
+  const Mat6& of_WM = slam->covariances().at(3).of_X_WM;
+  EXPECT_GT(HorizontalSigma(of_WB), HorizontalSigma(of_WM));
+  EXPECT_NEAR(of_WB(5, 5), of_WM(5, 5) + MatrixFrom<3>(pose.covariance_xyyaw)(2, 2), 1e-6);
 }
 
 TEST_F(SlamNodeTest, BeforeTheFirstSubmapTheWorldIsTheOdometrys) {

@@ -1,7 +1,9 @@
 #include "tools/mission/evaluate.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <sstream>
 
 #include "lib/base/errors.h"
 #include "lib/base/files.h"
@@ -26,6 +28,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kPointCell_m = 0.05;
 constexpr double kSeriesStep_s = 1;
+constexpr std::array kCoordinates = {"x", "y", "z", "roll", "pitch", "yaw"};
 
 /// A scan of a submap, at its estimated and its true pose.
 struct PlacedScan {
@@ -328,6 +331,30 @@ std::string SceneNameOf(const SceneOptions& scene) {
   return NameOf(SceneKindNames(), scene.kind);
 }
 
+/// A line a submap: its pose and the upper triangles of its two covariances.
+std::string PlacesCsv(const std::vector<SubmapPlace>& places) {
+  std::ostringstream csv;
+  csv.precision(9);
+  csv << "submap,x_m,y_m,z_m,qx,qy,qz,qw";
+  for (const char* of : {"WM", "MN"})
+    for (std::size_t row = 0; row < kCoordinates.size(); ++row)
+      for (std::size_t col = row; col < kCoordinates.size(); ++col)
+        csv << ",covariance_" << of << '_' << kCoordinates[row] << '_' << kCoordinates[col];
+  csv << '\n';
+  for (const SubmapPlace& place : places) {
+    const Vec3 t = place.X_WM.translation();
+    const Eigen::Quaterniond q(place.X_WM.linear());
+    csv << place.id;
+    for (const double number : {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()})
+      csv << ',' << number;
+    for (const Mat6* covariance : {&place.covariance_WM, &place.covariance_MN})
+      for (int row = 0; row < 6; ++row)
+        for (int col = row; col < 6; ++col) csv << ',' << (*covariance)(row, col);
+    csv << '\n';
+  }
+  return csv.str();
+}
+
 Json ErrorSeries(const Trajectory& trajectory, const Trajectory& truth) {
   Json series = Json::array();
   double next_s = 0;
@@ -348,6 +375,7 @@ nlohmann::ordered_json EvaluateRun(const std::filesystem::path& folder) {
   WriteTum(folder / "truth.tum", trajectories.truth);
   WriteTum(folder / "odometry.tum", trajectories.odometry);
   WriteTum(folder / "estimate.tum", trajectories.estimate);
+  WriteFileAtomically(folder / "submap_places.csv", PlacesCsv(run.record.places));
 
   Json metrics, series;
   metrics["scene"] = SceneNameOf(run.record.config.Read<SceneOptions>("scene"));

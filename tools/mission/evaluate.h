@@ -26,9 +26,9 @@ struct EvaluationOptions {
 };
 
 /// Judges the finished run in `folder` (lcm.log and map/) against the truth, and writes beside
-/// them: metrics.json, timeseries.json, truth.tum, odometry.tum, estimate.tum and
-/// reconstruction_{truth,vog,vog_no_lc,standard}.ply. Returns the metrics. What each number means:
-/// docs/evaluation.md. @throws UsageError for a folder that holds no simulated run.
+/// them: metrics.json, timeseries.json, truth.tum, odometry.tum, estimate.tum, submap_places.csv
+/// and reconstruction_{truth,vog,vog_no_lc,standard}.ply. Returns the metrics. What each number
+/// means: docs/evaluation.md. @throws UsageError for a folder that holds no simulated run.
 nlohmann::ordered_json EvaluateRun(const std::filesystem::path& folder);
 
 /// Judges another map of the same run, as other settings of SLAM make it from the run's submaps:

@@ -88,8 +88,8 @@ void PrepareFolder(const std::filesystem::path& folder) {
   for (const char* name :
        {"map", "lcm.log", "scene.ply", "metrics.json", "timing.json", "timeseries.json",
         "report.html", "mission.toml", "output", "truth.tum", "odometry.tum", "estimate.tum",
-        "reconstruction_truth.ply", "reconstruction_vog.ply", "reconstruction_vog_no_lc.ply",
-        "reconstruction_standard.ply"})
+        "submap_places.csv", "reconstruction_truth.ply", "reconstruction_vog.ply",
+        "reconstruction_vog_no_lc.ply", "reconstruction_standard.ply"})
     std::filesystem::remove_all(folder / name, error);
 }
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "lib/bus/lcm_log.h"
-#include "lib/messages/convert.h"
 #include "lib/messages/endpoint.h"
 #include "lib/scan/scan_synchronizer.h"
 
@@ -27,6 +26,9 @@ class Recorder {
     });
     on(outputs::kScan, [&](const scan_t& message) {
       if (auto scan = FromMessage(message)) synchronizer_.Add(std::move(*scan));
+    });
+    on(outputs::kSubmapPoses, [&](const submap_poses_t& message) {
+      if (auto places = FromMessage(message)) record_.places = std::move(*places);
     });
     on(outputs::kGraph, [&](const graph_t& graph) { OnGraph(graph); });
     on(outputs::kMissionStatus, [&](const mission_status_t& status) { OnStatus(status); });

@@ -7,6 +7,7 @@
 #include "lib/base/config.h"
 #include "lib/geometry/odometry.h"
 #include "lib/geometry/trajectory.h"
+#include "lib/messages/convert.h"
 #include "lib/scan/scan.h"
 
 namespace vog {
@@ -28,6 +29,7 @@ struct RunRecord {
   Trajectory truth;            ///< Everything the simulator told.
   double end_time_s = 0;
   std::string end_reason;
+  std::vector<SubmapPlace> places;  ///< Of the newest solution.
   int full_closures = 0, partial_closures = 0, rejected_closures = 0;
 };
 

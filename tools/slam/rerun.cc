@@ -64,7 +64,8 @@ void RejectGaps(const StoredMap& map) {
   }
 }
 
-RerunSummary Summarise(const Slam& slam, const Saboteur& saboteur, std::vector<double> seconds) {
+RerunSummary Summarise(const Slam& slam, const Saboteur& saboteur,
+                       const std::vector<double>& seconds) {
   RerunSummary summary;
   for (const Slam::Closure& closure : slam.closures()) {
     const LoopClosure& loop = closure.loop;
@@ -77,9 +78,14 @@ RerunSummary Summarise(const Slam& slam, const Saboteur& saboteur, std::vector<d
     summary.faults_kept += is_fault ? 1 : 0;
     ++(loop.constraint.kind == ConstraintKind::kFullClosure ? summary.full : summary.partial);
   }
-  std::sort(seconds.begin(), seconds.end());
-  summary.median_s = seconds[seconds.size() / 2];
-  summary.worst_s = seconds.back();
+  const auto median = [](std::vector<double> values) {
+    std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
+    return values[values.size() / 2];
+  };
+  const std::size_t tenth = (seconds.size() + 9) / 10;
+  summary.median_s = median(seconds);
+  summary.last_tenth_median_s = median({seconds.end() - tenth, seconds.end()});
+  summary.worst_s = *std::max_element(seconds.begin(), seconds.end());
   return summary;
 }
 

@@ -29,6 +29,7 @@ struct RerunSummary {
   int faults = 0;                       ///< Registrations that were made wrong,
   int faults_kept = 0;                  ///< and those of them that are in the graph at the end.
   double median_s = 0, worst_s = 0;     ///< Real time a submap.
+  double last_tenth_median_s = 0;       ///< The same of those that saw most others.
 };
 
 /// A map whose poses and graph are SLAM's, made anew from the submaps and their odometry, one after

@@ -38,12 +38,16 @@ set(vog_tsan_options "TSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/cmake/tsan
 # All programs, without tests.
 add_custom_target(programs)
 
-# vog_lcmtypes(NAME): every file of lcmtypes/ becomes a header vog/FILE.hpp of library NAME.
+# vog_lcmtypes(NAME): every FILE.lcm of lcmtypes/ becomes a header vog/FILE.hpp of library NAME, every
+# PACKAGE/FILE.lcm, which is others', a header PACKAGE/FILE.hpp.
 function(vog_lcmtypes name)
-  file(GLOB sources CONFIGURE_DEPENDS lcmtypes/*.lcm)
+  file(GLOB sources CONFIGURE_DEPENDS lcmtypes/*.lcm lcmtypes/*/*.lcm)
   foreach(source ${sources})
     get_filename_component(type ${source} NAME_WE)
-    set(header ${PROJECT_BINARY_DIR}/lcmtypes/vog/${type}.hpp)
+    get_filename_component(folder ${source} DIRECTORY)
+    get_filename_component(package ${folder} NAME)
+    string(REPLACE lcmtypes vog package ${package})
+    set(header ${PROJECT_BINARY_DIR}/lcmtypes/${package}/${type}.hpp)
     set(check_lengths ${PROJECT_SOURCE_DIR}/cmake/check_lengths.sed)
     add_custom_command(OUTPUT ${header} DEPENDS ${source} ${check_lengths}
       COMMAND lcm-gen --cpp --cpp-hpath ${PROJECT_BINARY_DIR}/lcmtypes ${source}

@@ -8,7 +8,7 @@
 #include "lib/base/errors.h"
 #include "lib/bus/process.h"
 #include "lib/bus/stopwatch.h"
-#include "tools/mission/child_process.h"
+#include "tools/launch/child_process.h"
 #include "tools/mission/progress_bar.h"
 
 namespace vog {
@@ -50,10 +50,11 @@ class LocalEngine {
     ++task.attempts;
     const std::filesystem::path output = folder_.OutputOf(task.mission);
     std::filesystem::remove(output);
-    flying_.push_back({task, ChildProcess("/proc/self/exe", "vog",
-                                          {"campaign", "--out", folder_.path().string(), "--fly",
-                                           task.mission.text()},
-                                          output)});
+    const ChildCommand command{
+        "/proc/self/exe",
+        {"vog", "campaign", "--out", folder_.path().string(), "--fly", task.mission.text()},
+        {}};
+    flying_.push_back({task, ChildProcess(command, output)});
   }
 
   void TakeEnded() {

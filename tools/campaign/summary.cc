@@ -7,7 +7,7 @@
 
 #include "lib/base/errors.h"
 #include "lib/evaluation/statistics.h"
-#include "tools/mission/child_process.h"
+#include "tools/launch/child_process.h"
 #include "tools/report/key_figures.h"
 #include "tools/report/run_folder.h"
 

@@ -29,8 +29,9 @@ std::filesystem::path ProcessGroup::OutputOf(const Child& child) const {
 }
 
 void ProcessGroup::Spawn(Child& child) {
-  child.process = ChildProcess(program_folder_ / child.line.name, child.line.name,
-                               child.line.arguments, OutputOf(child));
+  ChildCommand command{program_folder_ / child.line.name, {child.line.name}, {}};
+  command.argv.insert(command.argv.end(), child.line.arguments.begin(), child.line.arguments.end());
+  child.process = ChildProcess(command, OutputOf(child));
   child.since_start = Stopwatch();
 }
 

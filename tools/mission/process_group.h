@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "lib/bus/stopwatch.h"
-#include "tools/mission/child_process.h"
+#include "tools/launch/child_process.h"
 
 namespace vog {
 

@@ -11,6 +11,7 @@ namespace vog {
 // Each adds one command to the program and runs it when it is parsed.
 void AddMissionCommand(CLI::App& app);
 void AddCampaignCommand(CLI::App& app);
+void AddLaunchCommand(CLI::App& app);
 void AddReplayCommand(CLI::App& app);
 void AddLogCommand(CLI::App& app);
 void AddMapCommand(CLI::App& app);

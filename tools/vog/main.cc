@@ -12,6 +12,7 @@ int Run(int argc, char** argv) {
   app.require_subcommand(1);
   vog::AddMissionCommand(app);
   vog::AddCampaignCommand(app);
+  vog::AddLaunchCommand(app);
   vog::AddReplayCommand(app);
   vog::AddMapCommand(app);
   vog::AddGraphCommand(app);

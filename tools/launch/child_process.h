@@ -9,14 +9,22 @@
 
 namespace vog {
 
-/// A program that runs beside this one, its output in a file. It dies with this process, however
-/// that ends; Ctrl-C reaches this process alone.
+/// What to start.
+struct ChildCommand {
+  std::filesystem::path program;
+  std::vector<std::string> argv;         ///< Its name first.
+  std::vector<std::string> environment;  ///< NAME=value, besides this process's own.
+};
+
+/// A program that runs beside this one. It dies with this process, however that ends; Ctrl-C
+/// reaches this process alone.
 class ChildProcess {
  public:
-  /// Starts `program` under the name `name`; what it says is added to `output`. @throws SystemError
+  /// What it says goes to the descriptor `output`, which stays the caller's. @throws SystemError
   /// when there is no such program or it cannot be started.
-  ChildProcess(const std::filesystem::path& program, const std::string& name,
-               const std::vector<std::string>& arguments, const std::filesystem::path& output);
+  ChildProcess(const ChildCommand& command, int output);
+  /// What it says is added to a file.
+  ChildProcess(const ChildCommand& command, const std::filesystem::path& output);
   /// Kills it and those that it started, unless it has ended.
   ~ChildProcess();
   ChildProcess(ChildProcess&& other) noexcept;
@@ -24,6 +32,7 @@ class ChildProcess {
 
   /// The status that waitpid() tells, once it has ended.
   std::optional<int> Ended();
+  int pid() const { return pid_; }
   /// Sends a signal, unless it has ended.
   void Signal(int number);
 

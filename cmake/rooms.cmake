@@ -60,6 +60,18 @@ function(vog_lcmtypes name)
   target_include_directories(${name} SYSTEM INTERFACE ${PROJECT_BINARY_DIR}/lcmtypes)
 endfunction()
 
+# vog_dbc(NAME FILE): the messages of a CAN database become a header dbc/NAME.h of library NAME.
+function(vog_dbc name source)
+  set(header ${PROJECT_BINARY_DIR}/dbc/${name}.h)
+  set(generator ${PROJECT_SOURCE_DIR}/cmake/dbc_to_cpp.py)
+  add_custom_command(OUTPUT ${header} DEPENDS ${source} ${generator}
+    COMMAND ${Python3_EXECUTABLE} ${generator} ${PROJECT_SOURCE_DIR}/${source} ${header})
+  add_custom_target(${name}_header DEPENDS ${header})
+  add_library(${name} INTERFACE)
+  add_dependencies(${name} ${name}_header)
+  target_include_directories(${name} INTERFACE ${PROJECT_BINARY_DIR})
+endfunction()
+
 # Whether a test is built: ThreadSanitizer, which slows everything ten times, finds nothing where one
 # thread runs, so it has the tests marked THREADS alone.
 function(vog_wants_test has_threads result)

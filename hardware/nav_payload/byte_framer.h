@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "hardware/nav_payload/bytes.h"
+
+namespace vog {
+
+/// What stands at the head of a stream of bytes.
+struct HeadOfStream {
+  enum Kind { kFrame, kIncomplete, kGarbage };
+  Kind kind = kGarbage;
+  std::size_t size = 0;  ///< Of the frame [bytes].
+};
+
+/// Cuts a stream of bytes, in chunks of any size, into the frames that `look` finds. A byte with
+/// which no frame begins is garbage; the search goes on behind it, so that a good frame inside a
+/// damaged one is found. A false head holds the stream up for at most `max_frame_size` bytes.
+class ByteFramer {
+ public:
+  using Look = HeadOfStream (*)(ByteSpan bytes);
+
+  /// @pre `look` says kFrame or kGarbage where it is given `max_frame_size` bytes.
+  ByteFramer(Look look, std::size_t max_frame_size)
+      : look_(look), max_frame_size_(max_frame_size) {}
+
+  /// The frames that `chunk` completes.
+  std::vector<Bytes> Add(ByteSpan chunk);
+
+  /// Kept for the next chunk: fewer than the largest frame's.
+  std::size_t buffered_bytes() const { return buffer_.size(); }
+  std::size_t max_frame_size() const { return max_frame_size_; }
+  std::int64_t garbage_bytes() const { return garbage_bytes_; }
+
+ private:
+  Look look_;
+  std::size_t max_frame_size_;
+  Bytes buffer_;
+  std::int64_t garbage_bytes_ = 0;
+};
+
+}  // namespace vog

@@ -31,6 +31,7 @@ bool IsUp(int fd, const std::string& interface) {
 void SetFilters(int fd, const std::vector<CanFilter>& filters) {
   if (filters.empty()) return;
   std::vector<can_filter> raw;
+  raw.reserve(filters.size());
   for (const CanFilter& filter : filters)
     raw.push_back({filter.id | (filter.extended ? CAN_EFF_FLAG : 0), filter.mask | CAN_EFF_FLAG});
   if (setsockopt(fd, SOL_CAN_RAW, CAN_RAW_FILTER, raw.data(),

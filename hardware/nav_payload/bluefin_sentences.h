@@ -113,11 +113,12 @@ struct ImuSentence {
   }
 };
 
-/// Doppler log, along x, y, z of FRD. `range_m` as the log says it: without the slant's 1/cos.
-struct DvlSentence {
-  static constexpr std::string_view kId = "BFDVL";
+/// What the Doppler log says, in so many velocities. `range_m` as the log has it: without the
+/// slant's 1/cos.
+template <std::size_t kVelocities>
+struct DopplerSentence {
   Duration time{};
-  std::array<std::optional<double>, 3> velocity_m_s;
+  std::array<std::optional<double>, kVelocities> velocity_m_s;
   std::array<std::optional<double>, 4> range_m;
   std::optional<double> temperature_degc;
   Duration time_measured{};
@@ -131,21 +132,14 @@ struct DvlSentence {
   }
 };
 
-/// Doppler log, along its four beams.
-struct Dv2Sentence {
-  static constexpr std::string_view kId = "BFDV2";
-  Duration time{};
-  std::array<std::optional<double>, 4> velocity_m_s, range_m;
-  std::optional<double> temperature_degc;
-  Duration time_measured{};
+/// Doppler log, along x, y, z of FRD.
+struct DvlSentence : DopplerSentence<3> {
+  static constexpr std::string_view kId = "BFDVL";
+};
 
-  void Visit(SentenceFields& f) {
-    f.TimeOfDay(time);
-    for (auto& velocity : velocity_m_s) f.Number(velocity);
-    for (auto& range : range_m) f.Number(range);
-    f.Number(temperature_degc);
-    f.TimeOfDay(time_measured);
-  }
+/// Doppler log, along its four beams.
+struct Dv2Sentence : DopplerSentence<4> {
+  static constexpr std::string_view kId = "BFDV2";
 };
 
 /// Battery: of the whole and of its weakest and strongest cell.
@@ -293,28 +287,26 @@ struct StsSentence {
   }
 };
 
-/// Suspends the vehicle's own mission.
-struct SusSentence {
-  static constexpr std::string_view kId = "BPSUS";
+/// A command that is all said by its name.
+struct BareSentence {
   Duration time{};
 
   void Visit(SentenceFields& f) { f.TimeOfDay(time); }
+};
+
+/// Suspends the vehicle's own mission.
+struct SusSentence : BareSentence {
+  static constexpr std::string_view kId = "BPSUS";
 };
 
 /// Takes it up again.
-struct ResSentence {
+struct ResSentence : BareSentence {
   static constexpr std::string_view kId = "BPRES";
-  Duration time{};
-
-  void Visit(SentenceFields& f) { f.TimeOfDay(time); }
 };
 
 /// Aborts.
-struct AbtSentence {
+struct AbtSentence : BareSentence {
   static constexpr std::string_view kId = "BPABT";
-  Duration time{};
-
-  void Visit(SentenceFields& f) { f.TimeOfDay(time); }
 };
 
 /// The sonar servo's angle, up positive.

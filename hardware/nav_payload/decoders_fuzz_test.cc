@@ -67,8 +67,7 @@ Bytes EncodeCandump(int seed) {
   for (int counter = 0; counter <= seed % 16; ++counter)
     frames = writer.Write(RandomCanRecord(seed));
   std::string text;
-  for (const CanFrame& frame : frames)
-    text += FormatCandumpLine({"vcan0", frame}) + "\n";
+  for (const CanFrame& frame : frames) text += FormatCandumpLine({"vcan0", frame}) + "\n";
   return ToBytes(text);
 }
 

@@ -30,8 +30,8 @@ std::optional<Duration> ParseTimeOfDay(std::string_view text) {
 std::string FormatTimeOfDay(Duration since_midnight) {
   using std::chrono::milliseconds;
   const std::int64_t ms = std::chrono::round<milliseconds>(since_midnight).count() % 86'400'000;
-  return ToPadded(static_cast<double>(ms / 3'600'000 * 10'000 + ms / 60'000 % 60 * 100), 0, 6)
-             .substr(0, 4) +
+  const std::int64_t hours = ms / 3'600'000, minutes = ms / 60'000 % 60;
+  return ToPadded(static_cast<double>(100 * hours + minutes), 0, 4) +
          ToPadded(1e-3 * static_cast<double>(ms % 60'000), 3, 6);
 }
 

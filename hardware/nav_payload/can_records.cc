@@ -81,10 +81,11 @@ PayloadHeartbeat ToRecord(const MessagesOf<PayloadHeartbeat>& messages, const Or
   return {{origin.received, heartbeat.uptime_s, heartbeat.ready != 0}};
 }
 
-VelocityCommand ToRecord(const MessagesOf<VelocityCommand>& messages, const Origin&) {
-  const auto& [command] = messages;
-  return {{command.velocity_x_B_m_s, command.velocity_y_B_m_s, command.velocity_z_B_m_s},
-          command.yaw_rate_rad_s};
+CanVelocityCommand ToRecord(const MessagesOf<CanVelocityCommand>& messages, const Origin&) {
+  const auto& [time, command] = messages;
+  return {ToTime(time.utime_us),
+          {{command.velocity_x_B_m_s, command.velocity_y_B_m_s, command.velocity_z_B_m_s},
+           command.yaw_rate_rad_s}};
 }
 
 ThrusterCommand ToRecord(const MessagesOf<ThrusterCommand>& messages, const Origin&) {
@@ -172,13 +173,16 @@ MessagesOf<PayloadHeartbeat> ToMessages(const PayloadHeartbeat& heartbeat) {
   return HeartbeatMessage<dbc::PayloadHeartbeat>(heartbeat);
 }
 
-MessagesOf<VelocityCommand> ToMessages(const VelocityCommand& command) {
-  dbc::VelocityCommand message;
-  message.velocity_x_B_m_s = command.velocity_B_m_s.x();
-  message.velocity_y_B_m_s = command.velocity_B_m_s.y();
-  message.velocity_z_B_m_s = command.velocity_B_m_s.z();
-  message.yaw_rate_rad_s = command.yaw_rate_rad_s;
-  return message;
+MessagesOf<CanVelocityCommand> ToMessages(const CanVelocityCommand& command) {
+  MessagesOf<CanVelocityCommand> messages;
+  auto& [time, velocities] = messages;
+  const Vec3& velocity_B_m_s = command.command.velocity_B_m_s;
+  time.utime_us = FromTime(command.time);
+  velocities.velocity_x_B_m_s = velocity_B_m_s.x();
+  velocities.velocity_y_B_m_s = velocity_B_m_s.y();
+  velocities.velocity_z_B_m_s = velocity_B_m_s.z();
+  velocities.yaw_rate_rad_s = command.command.yaw_rate_rad_s;
+  return messages;
 }
 
 MessagesOf<ThrusterCommand> ToMessages(const ThrusterCommand& command) {

@@ -42,6 +42,11 @@ struct Heartbeat {
 struct VehicleHeartbeat : Heartbeat {};
 struct PayloadHeartbeat : Heartbeat {};
 
+struct CanVelocityCommand {
+  Time time{};  ///< Of the navigation that it answers.
+  VelocityCommand command;
+};
+
 /// Shares of the greatest thrust, -1..1.
 struct ThrusterCommand {
   std::array<double, 8> thrust{};
@@ -49,7 +54,7 @@ struct ThrusterCommand {
 
 using CanRecord =
     std::variant<CanDvl, ImuRecord, DepthRecord, VehicleNavRecord, VehicleTime, VehicleStatus,
-                 VehicleHeartbeat, PayloadHeartbeat, VelocityCommand, ThrusterCommand>;
+                 VehicleHeartbeat, PayloadHeartbeat, CanVelocityCommand, ThrusterCommand>;
 
 /// The messages of each record, in the order in which they are sent. Numbers are rounded and held
 /// within the ranges of vogmap.dbc.
@@ -63,7 +68,7 @@ std::tuple<dbc::VehicleTime> ToMessages(const VehicleTime& time);
 std::tuple<dbc::VehicleStatus> ToMessages(const VehicleStatus& status);
 std::tuple<dbc::VehicleHeartbeat> ToMessages(const VehicleHeartbeat& heartbeat);
 std::tuple<dbc::PayloadHeartbeat> ToMessages(const PayloadHeartbeat& heartbeat);
-std::tuple<dbc::VelocityCommand> ToMessages(const VelocityCommand& command);
+std::tuple<dbc::CommandTime, dbc::VelocityCommand> ToMessages(const CanVelocityCommand& command);
 std::tuple<dbc::Thrusters14, dbc::Thrusters58> ToMessages(const ThrusterCommand& command);
 
 template <class Record>
@@ -112,7 +117,7 @@ class CanRecordReader {
 
   std::tuple<CanGroup<CanDvl>, CanGroup<ImuRecord>, CanGroup<DepthRecord>,
              CanGroup<VehicleNavRecord>, CanGroup<VehicleTime>, CanGroup<VehicleStatus>,
-             CanGroup<VehicleHeartbeat>, CanGroup<PayloadHeartbeat>, CanGroup<VelocityCommand>,
+             CanGroup<VehicleHeartbeat>, CanGroup<PayloadHeartbeat>, CanGroup<CanVelocityCommand>,
              CanGroup<ThrusterCommand>>
       groups_;
   std::int64_t rejected_frames_ = 0, stray_frames_ = 0, lost_records_ = 0;

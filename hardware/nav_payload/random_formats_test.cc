@@ -194,7 +194,7 @@ CanRecord RandomCanRecord(int seed) {
     case 7:
       return PayloadHeartbeat{{time, random.Uniform(0, 1e6), random.Chance(0.5)}};
     case 8:
-      return VelocityCommand{vector(3), random.Uniform(-1.5, 1.5)};
+      return CanVelocityCommand{time, {vector(3), random.Uniform(-1.5, 1.5)}};
     default:
       ThrusterCommand command;
       for (double& thrust : command.thrust) thrust = random.Uniform(-1, 1);

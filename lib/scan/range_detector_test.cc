@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "lib/base/random.h"
+#include "lib/scan/annotated_frames_testing.h"
 #include "lib/scan/sonar.h"
 
 namespace vog {
@@ -76,7 +77,7 @@ TEST_F(RangeDetectorTest, FindsEchoesAtTheirRange) {
 
 TEST_F(RangeDetectorTest, TheFirstEchoCounts) {
   SonarFrame frame = Frame(10);
-  AddEcho(5, 100, 3, 120, frame);
+  AddEcho(5, 100, 3, 160, frame);
   AddEcho(5, 150, 3, 250, frame);
   EXPECT_NEAR(Detect(frame)[5].range_m, RangeOf(100), 1e-4);
 }
@@ -99,6 +100,7 @@ TEST_F(RangeDetectorTest, TheRangeIsWhereTheEchoRisesNotWhereItPeaks) {
 }
 
 TEST_F(RangeDetectorTest, CrosstalkIsLeftOut) {
+  options_.lone_loudness = 5;
   SonarFrame frame = Frame(10);
   AddEcho(4, 100, 3, 240, frame);
   AddEcho(12, 100, 3, 80, frame);  // One group away: crosstalk of beam 4.
@@ -111,6 +113,62 @@ TEST_F(RangeDetectorTest, CrosstalkIsLeftOut) {
   EXPECT_EQ(beams[29].status, BeamStatus::kReturn);
   options_.crosstalk_fraction = 0;
   EXPECT_EQ(Detect(frame)[12].status, BeamStatus::kReturn);
+}
+
+TEST_F(RangeDetectorTest, AnEchoBehindCrosstalkIsFound) {
+  options_.lone_loudness = 5;
+  SonarFrame frame = Frame(10);
+  AddEcho(4, 100, 3, 240, frame);
+  AddEcho(12, 100, 3, 80, frame);
+  AddEcho(12, 140, 3, 200, frame);
+  EXPECT_NEAR(Detect(frame)[12].range_m, RangeOf(140), 1e-4);
+}
+
+TEST_F(RangeDetectorTest, AWeakBeamOfAWallIsNotTakenForCrosstalk) {
+  SonarFrame frame = Frame(10);
+  for (int beam = 0; beam < kBeams; ++beam) AddEcho(beam, 120, 3, beam == 12 ? 80 : 220, frame);
+  EXPECT_NEAR(Detect(frame)[12].range_m, RangeOf(120), 1e-4);
+}
+
+TEST_F(RangeDetectorTest, WeakEchoesCountBesideOthers) {
+  SonarFrame frame = Frame(10);
+  AddEcho(10, 100, 3, 70, frame);
+  EXPECT_NE(Detect(frame)[10].status, BeamStatus::kReturn);
+  for (int beam = 8; beam < 14; ++beam) AddEcho(beam, 100, 3, 70, frame);
+  for (int beam = 8; beam < 14; ++beam)
+    EXPECT_EQ(Detect(frame)[beam].status, BeamStatus::kReturn) << beam;
+}
+
+TEST_F(RangeDetectorTest, PointsAtAnyRangeAreNoSurface) {
+  SonarFrame frame = Frame(10);
+  for (int beam = 0; beam < kBeams; ++beam) AddEcho(beam, random_.Index(kBins), 1, 170, frame);
+  int returns = 0;
+  for (const Beam& beam : Detect(frame)) returns += beam.status == BeamStatus::kReturn;
+  EXPECT_LE(returns, 2);
+}
+
+TEST(RangeDetectorScoreTest, FramesLikeRealOnes) {
+  Score score = Measure({}, 2, Detected);
+  EXPECT_GT(score.recall(), 0.9);
+  EXPECT_GT(score.precision(), 0.95);
+  EXPECT_LE(score.Error90_bins(), 4);
+  EXPECT_LE(score.false_in_empty, 2 * 5);
+}
+
+TEST(RangeDetectorScoreTest, FramesUnlikeRealOnes) {
+  for (const FrameStyle& style : {FrameStyle{.name = "quiet", .gain = 0.5},
+                                  {.name = "loud", .gain = 2},
+                                  {.name = "noisy", .noise_gain = 2},
+                                  {.name = "weak", .echo_level = 69},
+                                  {.name = "uneven", .beam_gain_spread = 6},
+                                  {.name = "short", .echo_length_m = 0.06},
+                                  {.name = "full of fish", .clutter_gain = 1.3}}) {
+    Score score = Measure(style, 4, Detected);
+    EXPECT_GT(score.recall(), 0.85) << style.name;
+    EXPECT_GT(score.precision(), 0.93) << style.name;
+    EXPECT_LE(score.Error90_bins(), 4) << style.name;
+    EXPECT_LE(score.false_in_empty, 4 * 10) << style.name;
+  }
 }
 
 TEST_F(RangeDetectorTest, SmallFramesAndWideWindowsDoNoHarm) {

@@ -68,7 +68,8 @@ class BadInputTest(VogTest):
         self.refuse(2, "mission", PROPELLER, says=["--out"])
         self.refuse(2, "mission", PROPELLER, "--out", self.scratch / "x", "--mode", "foo",
                     says=["foo", "vog-no-lc"])
-        for command in ("mission", "campaign", "replay", "map", "graph", "log", "config", "report"):
+        for command in ("mission", "campaign", "replay", "map", "graph", "log", "config", "report",
+                        "sonar"):
             self.assertIn("Usage", vog(command, "--help").stdout)
 
     def test_logs(self):

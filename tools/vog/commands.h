@@ -20,5 +20,6 @@ void AddConfigCommand(CLI::App& app);
 void AddReportCommand(CLI::App& app);
 void AddRegisterCommand(CLI::App& app);
 void AddSlamCommand(CLI::App& app);
+void AddSonarCommand(CLI::App& app);
 
 }  // namespace vog

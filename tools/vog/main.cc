@@ -21,6 +21,7 @@ int Run(int argc, char** argv) {
   vog::AddReportCommand(app);
   vog::AddRegisterCommand(app);
   vog::AddSlamCommand(app);
+  vog::AddSonarCommand(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {  // --help and --version.

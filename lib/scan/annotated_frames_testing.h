@@ -27,6 +27,7 @@ struct FrameStyle {
   double echo_level = 98;       ///< Median of an echo's level, of 255; speckle's peaks are higher.
   double echo_spread = 0.38;    ///< Of its logarithm along a surface and between surfaces.
   double echo_length_m = 0.125;
+  double speckle = 0.55;  ///< Share of a sample's level that fluctuates by itself.
   double crosstalk_min_db = 9, crosstalk_max_db = 14;
   bool is_logarithmic = false;  ///< Crosstalk in decibels of the scale: 255 is 90 dB.
   bool has_sharp_rise = true;   ///< Echoes rise at once and die away; otherwise they are bells.
@@ -156,7 +157,7 @@ class AnnotatedFrames {
           style_.has_sharp_rise
               ? rise * std::exp(-std::max(0.0, depth_m - 0.4 * length_m) / (0.55 * length_m))
               : bell;
-      const double speckle = 0.45 + 0.55 * Rayleigh(random);
+      const double speckle = 1 - style_.speckle + style_.speckle * Rayleigh(random);
       float& sample = levels_[bin * kBeams + beam];
       sample = std::max(sample, static_cast<float>(level * shape * speckle));
       peak = std::max<double>(peak, sample);
@@ -219,7 +220,8 @@ inline Bins Detected(const SonarFrame& frame) {
 
 /// How a detector's returns agree with the marks of frames: whether a beam has one, and where.
 struct Score {
-  int returns = 0, found = 0, correct = 0, false_in_empty = 0;
+  static constexpr int kNear_bins = 8;
+  int returns = 0, found = 0, correct = 0, near = 0, false_in_empty = 0;
   std::vector<int> errors_bins;
 
   void Add(const AnnotatedFrame& made, const Bins& bins) {
@@ -232,9 +234,12 @@ struct Score {
       if (!is_return || !is_found) continue;
       ++correct;
       errors_bins.push_back(std::abs(bins[beam] - made.range_bin[beam]));
+      near += errors_bins.back() <= kNear_bins;
     }
   }
   double recall() const { return static_cast<double>(correct) / std::max(1, returns); }
+  /// Of returns that are found within kNear_bins.
+  double near_recall() const { return static_cast<double>(near) / std::max(1, returns); }
   double precision() const { return static_cast<double>(correct) / std::max(1, found); }
   int Error90_bins() {
     if (errors_bins.empty()) return 0;

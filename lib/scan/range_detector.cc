@@ -221,8 +221,9 @@ class EchoJudge {
  public:
   EchoJudge(const RangeDetectorOptions& options, const SonarFrame& frame,
             const std::vector<Echoes>& beams)
-      : options_(options), beams_(beams) {
+      : options_(options), frame_(frame), beams_(beams) {
     const double bin_m = (frame.max_range_m - frame.min_range_m) / frame.bins;
+    length_bins_ = Filter(options, frame).length_bins;
     slope_bins_ = options.neighbour_slope_m / bin_m;
     same_bins_ = std::max(1, static_cast<int>(std::lround(options.crosstalk_tolerance_m / bin_m)));
     clutter_ = MeasureClutter(bin_m);
@@ -284,22 +285,60 @@ class EchoJudge {
                options_.supported_loudness + options_.clutter_factor * clutter_;
   }
 
-  /// Whether an echo and those beside it are weaker than crosstalk of a beam of its group would be.
+  /// Correlation of two beams' samples around an echo at `bin`.
+  float Likeness(int a, int b, int bin) const {
+    constexpr int kMargin_bins = 2;
+    const int from = std::max(0, bin - kMargin_bins);
+    const int to = std::min(frame_.bins, bin + length_bins_ + kMargin_bins);
+    float sum_a = 0, sum_b = 0, sum_aa = 0, sum_bb = 0, sum_ab = 0;
+    for (int i = from; i < to; ++i) {
+      const std::uint8_t* const row = frame_.samples.data() + std::size_t(i) * frame_.beams;
+      const float sample_a = row[a], sample_b = row[b];
+      sum_a += sample_a;
+      sum_b += sample_b;
+      sum_aa += sample_a * sample_a;
+      sum_bb += sample_b * sample_b;
+      sum_ab += sample_a * sample_b;
+    }
+    const auto n = static_cast<float>(to - from);
+    const float scale = (n * sum_aa - sum_a * sum_a) * (n * sum_bb - sum_b * sum_b);
+    return scale > 0 ? (n * sum_ab - sum_a * sum_b) / std::sqrt(scale) : 0;
+  }
+
+  /// Whether an echo and those beside it are weaker than crosstalk of a beam of its group would be,
+  /// or it has the very shape of a stronger one of its group: crosstalk is a copy, down to the
+  /// speckle.
   bool IsCrosstalk(const Echo& echo, int beam) const {
     float here = 0;
     for (int near = std::max(0, beam - 1); near <= std::min(count() - 1, beam + 1); ++near)
       here = std::max(here, LoudestNear(near, echo.bin, slope_bins_ + 1));
     for (int other = beam % options_.crosstalk_period_beams; other < count();
          other += options_.crosstalk_period_beams) {
-      if (other != beam &&
-          here < options_.crosstalk_fraction * LoudestNear(other, echo.bin, same_bins_))
+      if (other == beam) continue;
+      const float loudest = LoudestNear(other, echo.bin, same_bins_);
+      if (here < options_.crosstalk_fraction * loudest) return true;
+      if (echo.loudness < options_.copy_fraction * loudest && IsCopy(echo, beam, other))
         return true;
     }
     return false;
   }
 
+  /// Copies are far more alike than the beams of a smooth wall, which are so with their neighbours.
+  bool IsCopy(const Echo& echo, int beam, int other) const {
+    constexpr float kShare = 0.5;
+    const float unlike = 1 - Likeness(beam, other, echo.bin);
+    if (unlike >= 1 - options_.copy_likeness) return false;
+    for (const int near : {beam - 1, beam + 1}) {
+      if (near >= 0 && near < count() && unlike > kShare * (1 - Likeness(beam, near, echo.bin)))
+        return false;
+    }
+    return true;
+  }
+
   const RangeDetectorOptions& options_;
+  const SonarFrame& frame_;
   const std::vector<Echoes>& beams_;
+  int length_bins_;
   double slope_bins_;
   float clutter_;
   int same_bins_;

@@ -22,6 +22,8 @@ struct RangeDetectorOptions {
   double neighbour_slope_m = 0.05;
   double crossing_fraction = 0.45;
   double crosstalk_fraction = 0.48;
+  double copy_fraction = 0.8;
+  double copy_likeness = 0.9;
   double crosstalk_tolerance_m = 0.07;
   int crosstalk_period_beams = 8;
   int guard_beams = 5;
@@ -52,6 +54,10 @@ struct RangeDetectorOptions {
     v("crosstalk_fraction", crosstalk_fraction, Between(0, 1),
       "an echo weaker than this share of one at the same range, a whole number of groups away, is "
       "taken for that one's crosstalk");
+    v("copy_fraction", copy_fraction, Between(0, 1),
+      "so is an echo weaker than this share of one that is shaped alike");
+    v("copy_likeness", copy_likeness, Between(0, 1),
+      "correlation of their samples from which echoes are shaped alike; at 1 none are");
     v("crosstalk_tolerance_m", crosstalk_tolerance_m, Between(0, 10),
       "ranges of an echo and its crosstalk differ by this, at most");
     v("crosstalk_period_beams", crosstalk_period_beams, Between(1, 1024),

@@ -111,7 +111,7 @@ TEST_F(RangeDetectorTest, CrosstalkIsLeftOut) {
   EXPECT_NE(beams[12].status, BeamStatus::kReturn);
   EXPECT_EQ(beams[20].status, BeamStatus::kReturn);
   EXPECT_EQ(beams[29].status, BeamStatus::kReturn);
-  options_.crosstalk_fraction = 0;
+  options_.crosstalk_fraction = options_.copy_fraction = 0;
   EXPECT_EQ(Detect(frame)[12].status, BeamStatus::kReturn);
 }
 
@@ -126,8 +126,26 @@ TEST_F(RangeDetectorTest, AnEchoBehindCrosstalkIsFound) {
 
 TEST_F(RangeDetectorTest, AWeakBeamOfAWallIsNotTakenForCrosstalk) {
   SonarFrame frame = Frame(10);
-  for (int beam = 0; beam < kBeams; ++beam) AddEcho(beam, 120, 3, beam == 12 ? 80 : 220, frame);
+  for (int beam = 0; beam < kBeams; ++beam) AddEcho(beam, 120, 3, 220, frame);
+  // Speckle of its own.
+  AddEcho(12, 120, 1, 95, frame);
+  AddEcho(12, 121, 1, 40, frame);
+  AddEcho(12, 122, 1, 90, frame);
   EXPECT_NEAR(Detect(frame)[12].range_m, RangeOf(120), 1e-4);
+}
+
+TEST_F(RangeDetectorTest, CopiesOfAnEchoAreLeftOut) {
+  options_.lone_loudness = 5;
+  SonarFrame frame = Frame(4);
+  const int levels[] = {200, 90, 170, 60, 120};
+  for (int i = 0; i < 5; ++i) {
+    AddEcho(4, 100 + i, 1, levels[i], frame);
+    AddEcho(12, 100 + i, 1, levels[i] * 7 / 10, frame);
+    AddEcho(20, 100 + i, 1, levels[(i + 1) % 5], frame);
+  }
+  EXPECT_EQ(Detect(frame)[4].status, BeamStatus::kReturn);
+  EXPECT_NE(Detect(frame)[12].status, BeamStatus::kReturn);
+  EXPECT_EQ(Detect(frame)[20].status, BeamStatus::kReturn);
 }
 
 TEST_F(RangeDetectorTest, WeakEchoesCountBesideOthers) {

@@ -46,8 +46,8 @@ std::vector<double> DidsonBearings(int beams, BeamSpacing spacing) {
     options.fov_deg = kFov_deg;
     return BeamBearings(options);
   }
-  std::vector<double> bearings_rad;
-  for (int beam = 0; beam < beams; ++beam) bearings_rad.push_back(BearingOf(cubic, beam));
+  std::vector<double> bearings_rad(static_cast<std::size_t>(beams));
+  for (int beam = 0; beam < beams; ++beam) bearings_rad[beam] = BearingOf(cubic, beam);
   return bearings_rad;
 }
 

@@ -350,8 +350,8 @@ std::vector<Beam> DetectRanges(const RangeDetectorOptions& options, const SonarF
                                std::span<const double> bearings_rad) {
   const double bin_m = (frame.max_range_m - frame.min_range_m) / frame.bins;
   const EchoFinder finder(options, frame);
-  std::vector<Echoes> echoes;
-  for (int beam = 0; beam < frame.beams; ++beam) echoes.push_back(finder.Find(beam));
+  std::vector<Echoes> echoes(frame.beams);
+  for (int beam = 0; beam < frame.beams; ++beam) echoes[beam] = finder.Find(beam);
   const EchoJudge judge(options, frame, echoes);
   std::vector<Beam> beams(frame.beams);
   for (int beam = 0; beam < frame.beams; ++beam) {

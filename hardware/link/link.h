@@ -54,7 +54,7 @@ class Link {
   LinkCounters counters_;
 };
 
-/// Bytes to and from a device.
+/// ByteVector to and from a device.
 class ByteLink : public Link {
  public:
   virtual ByteRead Read(std::span<std::uint8_t> into) = 0;

@@ -2,9 +2,9 @@
 
 namespace vog {
 
-std::vector<Bytes> ByteFramer::Add(ByteSpan chunk) {
+std::vector<ByteVector> ByteFramer::Add(ByteSpan chunk) {
   buffer_.insert(buffer_.end(), chunk.begin(), chunk.end());
-  std::vector<Bytes> frames;
+  std::vector<ByteVector> frames;
   ByteSpan rest = buffer_;
   while (!rest.empty()) {
     const HeadOfStream head = look_(rest);

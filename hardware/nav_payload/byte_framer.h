@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "hardware/nav_payload/bytes.h"
+#include "hardware/frames/bytes.h"
 
 namespace vog {
 
@@ -26,7 +26,7 @@ class ByteFramer {
       : look_(look), max_frame_size_(max_frame_size) {}
 
   /// The frames that `chunk` completes.
-  std::vector<Bytes> Add(ByteSpan chunk);
+  std::vector<ByteVector> Add(ByteSpan chunk);
 
   /// Kept for the next chunk: fewer than the largest frame's.
   std::size_t buffered_bytes() const { return buffer_.size(); }
@@ -36,7 +36,7 @@ class ByteFramer {
  private:
   Look look_;
   std::size_t max_frame_size_;
-  Bytes buffer_;
+  ByteVector buffer_;
   std::int64_t garbage_bytes_ = 0;
 };
 

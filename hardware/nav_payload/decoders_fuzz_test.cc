@@ -27,7 +27,7 @@ class FrameStream : public Stream {
 
   int Add(ByteSpan chunk) override {
     int good = 0;
-    for (const Bytes& frame : framer_.Add(chunk)) good += decode_(frame);
+    for (const ByteVector& frame : framer_.Add(chunk)) good += decode_(frame);
     return good;
   }
   std::size_t buffered_bytes() const override { return framer_.buffered_bytes(); }
@@ -54,14 +54,14 @@ class LineStream : public Stream {
   std::function<bool(const std::string&)> decode_;
 };
 
-Bytes ToBytes(std::string_view text) { return {text.begin(), text.end()}; }
+ByteVector ToBytes(std::string_view text) { return {text.begin(), text.end()}; }
 
 bool DecodeCandump(const std::string& line, CanRecordReader& reader) {
   const auto parsed = ParseCandumpLine(line);
   return parsed && reader.Add(parsed->frame);
 }
 
-Bytes EncodeCandump(int seed) {
+ByteVector EncodeCandump(int seed) {
   CanRecordWriter writer;
   std::vector<CanFrame> frames;
   for (int counter = 0; counter <= seed % 16; ++counter)
@@ -79,7 +79,7 @@ bool DecodeParos(const std::string& line) {
 struct Format {
   const char* name;
   std::size_t max_buffered;
-  Bytes (*encode)(int seed);
+  ByteVector (*encode)(int seed);
   std::function<std::unique_ptr<Stream>()> make;
 };
 
@@ -132,18 +132,18 @@ std::vector<Format> AllFormats() {
   };
 }
 
-Bytes Garbage(Random& random, int size) {
-  Bytes bytes;
+ByteVector Garbage(Random& random, int size) {
+  ByteVector bytes;
   for (int i = 0; i < size; ++i) bytes.push_back(random.Index(256));
   return bytes;
 }
 
 /// A place within `bytes`, or its end.
-Bytes::iterator Place(Random& random, Bytes& bytes) {
+ByteVector::iterator Place(Random& random, ByteVector& bytes) {
   return bytes.begin() + random.Index(static_cast<int>(bytes.size()) + 1);
 }
 
-void Mutate(Random& random, const Bytes& other, Bytes& bytes) {
+void Mutate(Random& random, const ByteVector& other, ByteVector& bytes) {
   switch (random.Index(5)) {
     case 0:
       for (int i = random.Index(8); i >= 0 && !bytes.empty(); --i)
@@ -153,17 +153,17 @@ void Mutate(Random& random, const Bytes& other, Bytes& bytes) {
       bytes.erase(Place(random, bytes), bytes.end());
       break;
     case 2: {
-      const Bytes copy = bytes;
+      const ByteVector copy = bytes;
       bytes.insert(Place(random, bytes), copy.begin(), copy.end());
       break;
     }
     case 3: {
-      const Bytes garbage = Garbage(random, random.Index(100));
+      const ByteVector garbage = Garbage(random, random.Index(100));
       bytes.insert(Place(random, bytes), garbage.begin(), garbage.end());
       break;
     }
     default: {  // A splice: the head of one, the tail of another.
-      Bytes tail = other;
+      ByteVector tail = other;
       bytes.erase(Place(random, bytes), bytes.end());
       bytes.insert(bytes.end(), Place(random, tail), tail.end());
     }
@@ -179,7 +179,7 @@ int CountOfInputs() {
 bool DecodesAgain(const Format& format, Stream& stream) {
   std::size_t fed = 0;
   for (int seed = 0; fed <= 2 * format.max_buffered + 1000; ++seed) {
-    const Bytes good = format.encode(seed);
+    const ByteVector good = format.encode(seed);
     fed += good.size();
     if (stream.Add(good) > 0) return true;
   }
@@ -194,8 +194,8 @@ TEST_P(DecodersFuzzTest, LivesOnWhateverComes) {
   auto stream = format.make();
   for (int i = 0; i < inputs; ++i) {
     Random random(1, format.name, i);
-    Bytes bytes = format.encode(i);
-    const Bytes other = format.encode(i + 1);
+    ByteVector bytes = format.encode(i);
+    const ByteVector other = format.encode(i + 1);
     for (int k = random.Index(4); k >= 0; --k) Mutate(random, other, bytes);
     stream->Add(bytes);
     ASSERT_LE(stream->buffered_bytes(), format.max_buffered) << i;

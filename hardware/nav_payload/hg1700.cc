@@ -28,7 +28,7 @@ HeadOfStream LookForHg1700(ByteSpan bytes) {
   if (bytes[1] != kFlightControl && bytes[1] != kInertial) return {};
   const std::size_t size = bytes[1] == kInertial ? kInertialSize : kFlightControlSize;
   if (bytes.size() < size + kCheckSize) return {HeadOfStream::kIncomplete};
-  if (SdlcCheckOf(bytes.first(size)) != GetLittleEndian<std::uint16_t>(bytes, size)) return {};
+  if (SdlcCheckOf(bytes.first(size)) != LoadLittle<std::uint16_t>(bytes, size)) return {};
   return {HeadOfStream::kFrame, size + kCheckSize};
 }
 
@@ -36,7 +36,7 @@ template <class Integer>
 std::array<double, 3> GetThree(ByteSpan bytes, std::size_t offset, double step) {
   std::array<double, 3> values;
   for (std::size_t i = 0; i < 3; ++i)
-    values[i] = step * GetLittleEndian<Integer>(bytes, offset + i * sizeof(Integer));
+    values[i] = step * LoadLittle<Integer>(bytes, offset + i * sizeof(Integer));
   return values;
 }
 
@@ -44,7 +44,7 @@ template <class Integer>
 void PutThree(const std::array<double, 3>& values, double step, std::span<std::uint8_t> bytes,
               std::size_t offset) {
   for (std::size_t i = 0; i < 3; ++i)
-    PutLittleEndian(Quantise<Integer>(values[i], step), bytes, offset + i * sizeof(Integer));
+    StoreLittle(Quantise<Integer>(values[i], step), offset + i * sizeof(Integer), bytes);
 }
 
 }  // namespace
@@ -69,8 +69,8 @@ std::optional<Hg1700Record> DecodeHg1700(ByteSpan bytes, Hg1700Model model) {
   Hg1700Record record;
   record.rate_rad_s = GetThree<std::int16_t>(bytes, kRates, kRateStep);
   record.acceleration_m_s2 = GetThree<std::int16_t>(bytes, kAccelerations, kAccelerationStep);
-  record.status = GetLittleEndian<std::uint16_t>(bytes, kStatus);
-  record.status_multiplexed = GetLittleEndian<std::uint16_t>(bytes, kStatus + 2);
+  record.status = LoadLittle<std::uint16_t>(bytes, kStatus);
+  record.status_multiplexed = LoadLittle<std::uint16_t>(bytes, kStatus + 2);
   if (bytes[1] == kInertial)
     record.increments =
         Hg1700Increments{GetThree<std::int32_t>(bytes, kAngles, AngleStep()),
@@ -78,21 +78,21 @@ std::optional<Hg1700Record> DecodeHg1700(ByteSpan bytes, Hg1700Model model) {
   return record;
 }
 
-Bytes EncodeHg1700(const Hg1700Record& record, Hg1700Model model) {
+ByteVector EncodeHg1700(const Hg1700Record& record, Hg1700Model model) {
   const std::size_t size = record.increments ? kInertialSize : kFlightControlSize;
-  Bytes bytes(size + kCheckSize);
+  ByteVector bytes(size + kCheckSize);
   const std::span<std::uint8_t> all = bytes;
   bytes[0] = kAddress;
   bytes[1] = record.increments ? kInertial : kFlightControl;
   PutThree<std::int16_t>(record.rate_rad_s, kRateStep, all, kRates);
   PutThree<std::int16_t>(record.acceleration_m_s2, kAccelerationStep, all, kAccelerations);
-  PutLittleEndian(record.status, all, kStatus);
-  PutLittleEndian(record.status_multiplexed, all, kStatus + 2);
+  StoreLittle(record.status, kStatus, all);
+  StoreLittle(record.status_multiplexed, kStatus + 2, all);
   if (record.increments) {
     PutThree<std::int32_t>(record.increments->angle_rad, AngleStep(), all, kAngles);
     PutThree<std::int32_t>(record.increments->velocity_m_s, VelocityStep(model), all, kVelocities);
   }
-  PutLittleEndian(SdlcCheckOf(all.first(size)), all, size);
+  StoreLittle(SdlcCheckOf(all.first(size)), size, all);
   return bytes;
 }
 

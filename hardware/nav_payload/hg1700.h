@@ -34,7 +34,7 @@ ByteFramer MakeHg1700Framer();
 std::optional<Hg1700Record> DecodeHg1700(ByteSpan bytes, Hg1700Model model);
 /// Message 2 where there are increments, else 1. Steps: rates 600 * 2^-20 rad/s, accelerations 600
 /// * 2^-14 ft/s^2, angles 2^-33 rad, velocities 2^-27 ft/s (AG11, AG58) or 2^-26 ft/s (AG17, AG62).
-Bytes EncodeHg1700(const Hg1700Record& record, Hg1700Model model);
+ByteVector EncodeHg1700(const Hg1700Record& record, Hg1700Model model);
 
 /// The check sequence of SDLC (ISO/IEC 13239): CRC-16 of CCITT, preset to ones, inverted.
 std::uint16_t SdlcCheckOf(ByteSpan bytes);

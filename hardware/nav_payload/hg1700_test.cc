@@ -15,12 +15,12 @@ TEST(Hg1700Test, TheCheckSequenceIsSdlcs) {
 TEST(Hg1700Test, TheStepsAreTheManuals) {
   Hg1700Record record;
   record.increments.emplace();
-  Bytes bytes = EncodeHg1700(record, Hg1700Model::kAg17);
-  PutLittleEndian(std::int16_t{1000}, bytes, 2);
-  PutLittleEndian(std::int16_t{-1000}, bytes, 8);
-  PutLittleEndian(std::int32_t{1} << 30, bytes, 18);
-  PutLittleEndian(std::int32_t{1} << 27, bytes, 30);
-  PutLittleEndian(SdlcCheckOf(ByteSpan(bytes).first(42)), bytes, 42);
+  ByteVector bytes = EncodeHg1700(record, Hg1700Model::kAg17);
+  StoreLittle(std::int16_t{1000}, 2, bytes);
+  StoreLittle(std::int16_t{-1000}, 8, bytes);
+  StoreLittle(std::int32_t{1} << 30, 18, bytes);
+  StoreLittle(std::int32_t{1} << 27, 30, bytes);
+  StoreLittle(SdlcCheckOf(ByteSpan(bytes).first(42)), 42, bytes);
   const auto fine = DecodeHg1700(bytes, Hg1700Model::kAg58);
   const auto coarse = DecodeHg1700(bytes, Hg1700Model::kAg62);
   ASSERT_TRUE(fine && coarse);
@@ -35,7 +35,7 @@ TEST(Hg1700Test, WhatIsEncodedIsDecoded) {
   for (int i = 0; i < 1000; ++i) {
     const Hg1700Record record = RandomHg1700(i);
     const Hg1700Model model = static_cast<Hg1700Model>(i % 4);
-    const Bytes bytes = EncodeHg1700(record, model);
+    const ByteVector bytes = EncodeHg1700(record, model);
     const auto back = DecodeHg1700(bytes, model);
     ASSERT_TRUE(back);
     EXPECT_EQ(EncodeHg1700(*back, model), bytes);
@@ -52,7 +52,7 @@ TEST(Hg1700Test, WhatIsEncodedIsDecoded) {
 
 TEST(Hg1700Test, NeitherTruncationsNorFlippedBitsAreTaken) {
   for (int i = 0; i < 10; ++i) {
-    Bytes bytes = EncodeHg1700(RandomHg1700(i), Hg1700Model::kAg58);
+    ByteVector bytes = EncodeHg1700(RandomHg1700(i), Hg1700Model::kAg58);
     for (std::size_t size = 0; size < bytes.size(); ++size)
       EXPECT_FALSE(DecodeHg1700(ByteSpan(bytes).first(size), Hg1700Model::kAg58));
     for (std::size_t bit = 0; bit < 8 * bytes.size(); ++bit) {
@@ -64,9 +64,9 @@ TEST(Hg1700Test, NeitherTruncationsNorFlippedBitsAreTaken) {
 }
 
 TEST(Hg1700Test, TheFramerFindsMessagesBehindGarbage) {
-  Bytes stream = {0x0A, 0x02, 0x0A, 0x01, 0x0A};
+  ByteVector stream = {0x0A, 0x02, 0x0A, 0x01, 0x0A};
   for (int i = 0; i < 5; ++i) {
-    const Bytes message = EncodeHg1700(RandomHg1700(i), Hg1700Model::kAg58);
+    const ByteVector message = EncodeHg1700(RandomHg1700(i), Hg1700Model::kAg58);
     stream.insert(stream.end(), message.begin(), message.end());
   }
   ByteFramer dut = MakeHg1700Framer();

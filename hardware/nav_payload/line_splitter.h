@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "hardware/nav_payload/bytes.h"
+#include "hardware/frames/bytes.h"
 
 namespace vog {
 

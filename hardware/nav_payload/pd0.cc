@@ -21,7 +21,7 @@ constexpr double kStep = 1e-3, kHundredth = 0.01, kTenth = 0.1;
 constexpr double kAngleStep = 0.01 * std::numbers::pi / 180;
 
 std::size_t OffsetOf(ByteSpan bytes, std::size_t i) {
-  return GetLittleEndian<std::uint16_t>(bytes, kHeaderSize + 2 * i);
+  return LoadLittle<std::uint16_t>(bytes, kHeaderSize + 2 * i);
 }
 
 HeadOfStream LookForPd0(ByteSpan bytes) {
@@ -29,11 +29,11 @@ HeadOfStream LookForPd0(ByteSpan bytes) {
   if (bytes.size() < 2) return {HeadOfStream::kIncomplete};
   if (bytes[1] != kHeadByte) return {};
   if (bytes.size() < kHeaderSize) return {HeadOfStream::kIncomplete};
-  const std::size_t size = GetLittleEndian<std::uint16_t>(bytes, 2);
+  const std::size_t size = LoadLittle<std::uint16_t>(bytes, 2);
   const std::size_t table_end = kHeaderSize + 2 * std::size_t{bytes[5]};
   if (size + kChecksumSize > kMaxPd0Size || size < table_end) return {};
   if (bytes.size() < size + kChecksumSize) return {HeadOfStream::kIncomplete};
-  if (SumOf(bytes.first(size)) != GetLittleEndian<std::uint16_t>(bytes, size)) return {};
+  if (SumOf(bytes.first(size)) != LoadLittle<std::uint16_t>(bytes, size)) return {};
   return {HeadOfStream::kFrame, size + kChecksumSize};
 }
 
@@ -43,7 +43,7 @@ ByteSpan Find(ByteSpan bytes, std::uint16_t id, std::size_t min_size) {
   const std::size_t size = bytes.size() - kChecksumSize;
   for (std::size_t i = 0; i < bytes[5]; ++i) {
     const std::size_t begin = OffsetOf(bytes, i);
-    if (begin + min_size > size || GetLittleEndian<std::uint16_t>(bytes, begin) != id) continue;
+    if (begin + min_size > size || LoadLittle<std::uint16_t>(bytes, begin) != id) continue;
     std::size_t end = size;
     for (std::size_t j = 0; j < bytes[5]; ++j) {
       if (OffsetOf(bytes, j) > begin) end = std::min(end, OffsetOf(bytes, j));
@@ -57,27 +57,27 @@ Pd0FixedLeader DecodeFixed(ByteSpan b) {
   Pd0FixedLeader fixed;
   fixed.firmware_version = b[2];
   fixed.firmware_revision = b[3];
-  fixed.system_configuration = GetLittleEndian<std::uint16_t>(b, 4);
+  fixed.system_configuration = LoadLittle<std::uint16_t>(b, 4);
   fixed.pings_per_ensemble = b[10];
   fixed.frame = FrameOfBits(b[25] >> 3 & 3);
   fixed.uses_tilts = (b[25] & 4) != 0;
   fixed.uses_three_beams = (b[25] & 2) != 0;
   fixed.maps_bins = (b[25] & 1) != 0;
-  fixed.serial_number = b.size() >= kFixedSize ? GetLittleEndian<std::uint32_t>(b, 54) : 0;
+  fixed.serial_number = b.size() >= kFixedSize ? LoadLittle<std::uint32_t>(b, 54) : 0;
   fixed.beam_angle_deg = b.size() >= kFixedSize ? b[58] : 0;
   return fixed;
 }
 
 void EncodeFixed(const Pd0FixedLeader& fixed, std::span<std::uint8_t> b) {
-  PutLittleEndian(kFixedId, b, 0);
+  StoreLittle(kFixedId, 0, b);
   b[2] = fixed.firmware_version;
   b[3] = fixed.firmware_revision;
-  PutLittleEndian(fixed.system_configuration, b, 4);
+  StoreLittle(fixed.system_configuration, 4, b);
   b[8] = 4;  // Beams.
   b[10] = fixed.pings_per_ensemble;
   b[25] = static_cast<std::uint8_t>(BitsOf(fixed.frame) << 3 | fixed.uses_tilts << 2 |
                                     fixed.uses_three_beams << 1 | int{fixed.maps_bins});
-  PutLittleEndian(fixed.serial_number, b, 54);
+  StoreLittle(fixed.serial_number, 54, b);
   b[58] = fixed.beam_angle_deg;
 }
 
@@ -109,32 +109,32 @@ std::optional<Pd0VariableLeader> DecodeVariable(ByteSpan b) {
   const auto time = DecodeClock(b.subspan(4, 7));
   if (!time) return std::nullopt;
   Pd0VariableLeader variable;
-  variable.ensemble = GetLittleEndian<std::uint16_t>(b, 2) | std::uint32_t{b[11]} << 16;
+  variable.ensemble = LoadLittle<std::uint16_t>(b, 2) | std::uint32_t{b[11]} << 16;
   variable.time = *time;
-  variable.built_in_test = GetLittleEndian<std::uint16_t>(b, 12);
-  variable.sound_speed_m_s = GetLittleEndian<std::uint16_t>(b, 14);
-  variable.transducer_depth_m = kTenth * GetLittleEndian<std::uint16_t>(b, 16);
-  variable.heading_rad = kAngleStep * GetLittleEndian<std::uint16_t>(b, 18);
-  variable.pitch_rad = kAngleStep * GetLittleEndian<std::int16_t>(b, 20);
-  variable.roll_rad = kAngleStep * GetLittleEndian<std::int16_t>(b, 22);
-  variable.salinity_ppt = GetLittleEndian<std::uint16_t>(b, 24);
-  variable.temperature_degc = kHundredth * GetLittleEndian<std::int16_t>(b, 26);
+  variable.built_in_test = LoadLittle<std::uint16_t>(b, 12);
+  variable.sound_speed_m_s = LoadLittle<std::uint16_t>(b, 14);
+  variable.transducer_depth_m = kTenth * LoadLittle<std::uint16_t>(b, 16);
+  variable.heading_rad = kAngleStep * LoadLittle<std::uint16_t>(b, 18);
+  variable.pitch_rad = kAngleStep * LoadLittle<std::int16_t>(b, 20);
+  variable.roll_rad = kAngleStep * LoadLittle<std::int16_t>(b, 22);
+  variable.salinity_ppt = LoadLittle<std::uint16_t>(b, 24);
+  variable.temperature_degc = kHundredth * LoadLittle<std::int16_t>(b, 26);
   return variable;
 }
 
 void EncodeVariable(const Pd0VariableLeader& variable, std::span<std::uint8_t> b) {
-  PutLittleEndian(kVariableId, b, 0);
-  PutLittleEndian(static_cast<std::uint16_t>(variable.ensemble), b, 2);
+  StoreLittle(kVariableId, 0, b);
+  StoreLittle(static_cast<std::uint16_t>(variable.ensemble), 2, b);
   b[11] = static_cast<std::uint8_t>(variable.ensemble >> 16);
   EncodeClock(variable.time, b.subspan(4));
-  PutLittleEndian(variable.built_in_test, b, 12);
-  PutLittleEndian(Quantise<std::uint16_t>(variable.sound_speed_m_s), b, 14);
-  PutLittleEndian(Quantise<std::uint16_t>(variable.transducer_depth_m, kTenth), b, 16);
-  PutLittleEndian(Quantise<std::uint16_t>(variable.heading_rad, kAngleStep), b, 18);
-  PutLittleEndian(Quantise<std::int16_t>(variable.pitch_rad, kAngleStep), b, 20);
-  PutLittleEndian(Quantise<std::int16_t>(variable.roll_rad, kAngleStep), b, 22);
-  PutLittleEndian(Quantise<std::uint16_t>(variable.salinity_ppt), b, 24);
-  PutLittleEndian(Quantise<std::int16_t>(variable.temperature_degc, kHundredth), b, 26);
+  StoreLittle(variable.built_in_test, 12, b);
+  StoreLittle(Quantise<std::uint16_t>(variable.sound_speed_m_s), 14, b);
+  StoreLittle(Quantise<std::uint16_t>(variable.transducer_depth_m, kTenth), 16, b);
+  StoreLittle(Quantise<std::uint16_t>(variable.heading_rad, kAngleStep), 18, b);
+  StoreLittle(Quantise<std::int16_t>(variable.pitch_rad, kAngleStep), 20, b);
+  StoreLittle(Quantise<std::int16_t>(variable.roll_rad, kAngleStep), 22, b);
+  StoreLittle(Quantise<std::uint16_t>(variable.salinity_ppt), 24, b);
+  StoreLittle(Quantise<std::int16_t>(variable.temperature_degc, kHundredth), 26, b);
   b[57] = 20;  // The century of the clock that knows it.
   EncodeClock(variable.time, b.subspan(58));
 }
@@ -143,8 +143,8 @@ Pd0BottomTrack DecodeBottom(ByteSpan b) {
   Pd0BottomTrack bottom;
   for (std::size_t i = 0; i < 4; ++i) {
     const std::uint32_t msb = b.size() > kBottomMsb + i ? b[kBottomMsb + i] : 0;
-    const std::uint32_t range_cm = GetLittleEndian<std::uint16_t>(b, 16 + 2 * i) | msb << 16;
-    const auto velocity = GetLittleEndian<std::int16_t>(b, 24 + 2 * i);
+    const std::uint32_t range_cm = LoadLittle<std::uint16_t>(b, 16 + 2 * i) | msb << 16;
+    const auto velocity = LoadLittle<std::int16_t>(b, 24 + 2 * i);
     if (range_cm != 0) bottom.range_m[i] = kHundredth * range_cm;
     if (velocity != kBadVelocity) bottom.velocity_m_s[i] = kStep * velocity;
     bottom.correlation[i] = b[32 + i];
@@ -156,16 +156,15 @@ Pd0BottomTrack DecodeBottom(ByteSpan b) {
 
 void EncodeBottom(const Pd0BottomTrack& bottom, std::span<std::uint8_t> b) {
   constexpr std::uint32_t kMaxRange = 0xFFFFFF;
-  PutLittleEndian(kBottomId, b, 0);
-  PutLittleEndian(std::uint16_t{1}, b, 2);  // Pings.
+  StoreLittle(kBottomId, 0, b);
+  StoreLittle(std::uint16_t{1}, 2, b);  // Pings.
   for (std::size_t i = 0; i < 4; ++i) {
     const auto range_cm =
         std::min(kMaxRange, Quantise<std::uint32_t>(bottom.range_m[i].value_or(0), kHundredth));
     const auto& velocity = bottom.velocity_m_s[i];
-    PutLittleEndian(static_cast<std::uint16_t>(range_cm), b, 16 + 2 * i);
+    StoreLittle(static_cast<std::uint16_t>(range_cm), 16 + 2 * i, b);
     b[kBottomMsb + i] = static_cast<std::uint8_t>(range_cm >> 16);
-    PutLittleEndian(velocity ? Quantise<std::int16_t>(*velocity, kStep) : kBadVelocity, b,
-                    24 + 2 * i);
+    StoreLittle(velocity ? Quantise<std::int16_t>(*velocity, kStep) : kBadVelocity, 24 + 2 * i, b);
     b[32 + i] = bottom.correlation[i];
     b[36 + i] = bottom.amplitude[i];
     b[40 + i] = bottom.percent_good[i];
@@ -193,23 +192,23 @@ std::optional<Pd0Ensemble> DecodePd0(ByteSpan bytes) {
   return ensemble;
 }
 
-Bytes EncodePd0(const Pd0Ensemble& ensemble) {
+ByteVector EncodePd0(const Pd0Ensemble& ensemble) {
   const std::size_t kinds = ensemble.bottom_track ? 3 : 2;
   const std::size_t fixed = kHeaderSize + 2 * kinds, variable = fixed + kFixedSize;
   const std::size_t bottom = variable + kVariableSize;
   const std::size_t size = bottom + (ensemble.bottom_track ? kBottomSize : 0);
-  Bytes bytes(size + kChecksumSize);
+  ByteVector bytes(size + kChecksumSize);
   const std::span<std::uint8_t> all = bytes;
   bytes[0] = bytes[1] = kHeadByte;
-  PutLittleEndian(static_cast<std::uint16_t>(size), all, 2);
+  StoreLittle(static_cast<std::uint16_t>(size), 2, all);
   bytes[5] = static_cast<std::uint8_t>(kinds);
   const std::array offsets = {fixed, variable, bottom};
   for (std::size_t i = 0; i < kinds; ++i)
-    PutLittleEndian(static_cast<std::uint16_t>(offsets[i]), all, kHeaderSize + 2 * i);
+    StoreLittle(static_cast<std::uint16_t>(offsets[i]), kHeaderSize + 2 * i, all);
   EncodeFixed(ensemble.fixed, all.subspan(fixed));
   EncodeVariable(ensemble.variable, all.subspan(variable));
   if (ensemble.bottom_track) EncodeBottom(*ensemble.bottom_track, all.subspan(bottom));
-  PutLittleEndian(SumOf(all.first(size)), all, size);
+  StoreLittle(SumOf(all.first(size)), size, all);
   return bytes;
 }
 

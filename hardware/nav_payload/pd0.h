@@ -61,7 +61,7 @@ ByteFramer MakePd0Framer();
 std::optional<Pd0Ensemble> DecodePd0(ByteSpan bytes);
 /// Lengths are rounded to 1 cm, of the transducer's depth to 1 dm; velocities to 1 mm/s; angles to
 /// 0.01 degrees.
-Bytes EncodePd0(const Pd0Ensemble& ensemble);
+ByteVector EncodePd0(const Pd0Ensemble& ensemble);
 
 /// With the sign turned to the vehicle's velocity. Empty velocities without bottom track.
 DopplerSample ToDopplerSample(const Pd0Ensemble& ensemble);

@@ -58,13 +58,13 @@ TEST(Pd0Test, TheBottomMovesOppositeToTheVehicle) {
 }
 
 TEST(Pd0Test, NoTruncationIsTaken) {
-  const Bytes bytes = EncodePd0(RandomPd0(1));
+  const ByteVector bytes = EncodePd0(RandomPd0(1));
   for (std::size_t size = 0; size < bytes.size(); ++size)
     EXPECT_FALSE(DecodePd0(ByteSpan(bytes).first(size)));
 }
 
 TEST(Pd0Test, NoFlippedBitIsTaken) {
-  Bytes bytes = EncodePd0(RandomPd0(2));
+  ByteVector bytes = EncodePd0(RandomPd0(2));
   for (std::size_t bit = 0; bit < 8 * bytes.size(); ++bit) {
     bytes[bit / 8] ^= 1 << bit % 8;
     EXPECT_FALSE(DecodePd0(bytes)) << bit;
@@ -73,10 +73,10 @@ TEST(Pd0Test, NoFlippedBitIsTaken) {
 }
 
 TEST(Pd0Test, TheFramerFindsEnsemblesBehindGarbageInChunksOfAnySize) {
-  Bytes stream;
+  ByteVector stream;
   for (int i = 0; i < 20; ++i) {
     Random random(1, "garbage", i);
-    const Bytes ensemble = EncodePd0(RandomPd0(i));
+    const ByteVector ensemble = EncodePd0(RandomPd0(i));
     for (int k = random.Index(40); k > 0; --k) stream.push_back(random.Index(256));
     stream.insert(stream.end(), ensemble.begin(), ensemble.end());
   }
@@ -87,7 +87,7 @@ TEST(Pd0Test, TheFramerFindsEnsemblesBehindGarbageInChunksOfAnySize) {
     int frames = 0;
     for (std::size_t at = 0; at < stream.size(); at += chunk) {
       const auto part = ByteSpan(stream).subspan(at, std::min(chunk, stream.size() - at));
-      for (const Bytes& frame : dut.Add(part)) frames += DecodePd0(frame).has_value();
+      for (const ByteVector& frame : dut.Add(part)) frames += DecodePd0(frame).has_value();
       EXPECT_LT(dut.buffered_bytes(), kMaxPd0Size);
     }
     EXPECT_EQ(frames, 20) << chunk;
@@ -98,7 +98,7 @@ TEST(Pd0Test, TheFramerFindsEnsemblesBehindGarbageInChunksOfAnySize) {
 std::pair<int, int> CountBottomTracks(const std::filesystem::path& path) {
   ByteFramer framer = MakePd0Framer();
   int good = 0, all = 0;
-  for (const Bytes& frame : framer.Add(AsBytes(ReadFile(path)))) {
+  for (const ByteVector& frame : framer.Add(AsBytes(ReadFile(path)))) {
     const auto ensemble = DecodePd0(frame);
     EXPECT_TRUE(ensemble);
     if (!ensemble) continue;

@@ -41,7 +41,7 @@ ByteFramer MakePd45Framer();
 std::optional<Pd45Ensemble> DecodePd45(ByteSpan bytes);
 /// PD5 where there is `extra`, else PD4. Ranges are rounded to 1 cm, velocities to 1 mm/s, layers
 /// and distances to 1 dm, angles to 0.01 degrees.
-Bytes EncodePd45(const Pd45Ensemble& ensemble);
+ByteVector EncodePd45(const Pd45Ensemble& ensemble);
 
 /// `time` is `time_of_first_ping`, dated. PD4 knows no attitude: 0.
 DopplerSample ToDopplerSample(const Pd45Ensemble& ensemble, Time time);

@@ -12,17 +12,17 @@ namespace {
 
 constexpr double kDeg = std::numbers::pi / 180;
 
-Bytes FromHex(std::string_view text) {
-  Bytes bytes;
+ByteVector FromHex(std::string_view text) {
+  ByteVector bytes;
   for (std::size_t i = 0; i < text.size(); i += 2)
     bytes.push_back(std::stoi(std::string(text.substr(i, 2)), nullptr, 16));
   return bytes;
 }
 
-const Bytes kPd4 = FromHex(
+const ByteVector kPd4 = FromHex(
     "7d002d0054640038ff05000000960097009500980000008000800080008000000000000c22384e0000dc05d20463"
     "09");
-const Bytes kPd5 = FromHex(
+const ByteVector kPd5 = FromHex(
     "7d01560054640038ff05000000960097009500980000008000800080008000000000000c22384e0000dc05d20423"
     "22006e00d8fff0690000000000000000000000000000000000000000000000000000000000000000700d");
 
@@ -79,7 +79,7 @@ TEST(Pd45Test, WhatIsEncodedIsDecoded) {
 }
 
 TEST(Pd45Test, NeitherTruncationsNorFlippedBitsAreTaken) {
-  for (Bytes bytes : {kPd4, kPd5}) {
+  for (ByteVector bytes : {kPd4, kPd5}) {
     for (std::size_t size = 0; size < bytes.size(); ++size)
       EXPECT_FALSE(DecodePd45(ByteSpan(bytes).first(size)));
     for (std::size_t bit = 0; bit < 8 * bytes.size(); ++bit) {
@@ -91,16 +91,16 @@ TEST(Pd45Test, NeitherTruncationsNorFlippedBitsAreTaken) {
 }
 
 TEST(Pd45Test, TheFramerFindsBothKindsBehindGarbage) {
-  Bytes stream = {0x7d, 0x00, 0x2d, 0x00, 0x7d, 0x7d, 0x01};
-  for (const Bytes& ensemble : {kPd4, kPd5, kPd4})
+  ByteVector stream = {0x7d, 0x00, 0x2d, 0x00, 0x7d, 0x7d, 0x01};
+  for (const ByteVector& ensemble : {kPd4, kPd5, kPd4})
     stream.insert(stream.end(), ensemble.begin(), ensemble.end());
   ByteFramer dut = MakePd45Framer();
-  std::vector<Bytes> frames;
+  std::vector<ByteVector> frames;
   for (const std::uint8_t byte : stream) {
-    for (Bytes& frame : dut.Add({&byte, 1})) frames.push_back(std::move(frame));
+    for (ByteVector& frame : dut.Add({&byte, 1})) frames.push_back(std::move(frame));
     EXPECT_LT(dut.buffered_bytes(), kMaxPd45Size);
   }
-  EXPECT_EQ(frames, (std::vector<Bytes>{kPd4, kPd5, kPd4}));
+  EXPECT_EQ(frames, (std::vector<ByteVector>{kPd4, kPd5, kPd4}));
   EXPECT_EQ(dut.garbage_bytes(), 7);
 }
 

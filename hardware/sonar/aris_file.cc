@@ -41,11 +41,11 @@ bool FitsLayout(const RecordingLayout& layout, ByteSpan header) {
          LoadLittle<std::uint32_t>(header, kIsReorderedAt) != 0;
 }
 
-void EncodeFrame(double rate_hz, const SonarFrame& frame, Bytes& bytes) {
+void EncodeFrame(double rate_hz, const SonarFrame& frame, ByteVector& bytes) {
   constexpr double kSoundSpeed_m_s = 1500;
   const double us_per_m = 2e6 / kSoundSpeed_m_s;
   const double period_us = (frame.max_range_m - frame.min_range_m) * us_per_m / frame.bins;
-  Bytes header(kFrameHeaderBytes);
+  ByteVector header(kFrameHeaderBytes);
   StoreLittle(static_cast<std::uint32_t>(frame.sequence), kFrameNumberAt, header);
   StoreLittle(static_cast<std::uint64_t>(ToUtime(frame.time)), kFrameTimeUsAt, header);
   StoreLittle(kMagic, kVersionAt, header);
@@ -104,8 +104,8 @@ std::optional<SonarFrame> DecodeArisFrame(const RecordingLayout& layout, ByteSpa
       {samples.begin(), samples.end()}};
 }
 
-Bytes EncodeAris(double rate_hz, std::span<const SonarFrame> frames) {
-  Bytes bytes(kHeaderBytes);
+ByteVector EncodeAris(double rate_hz, std::span<const SonarFrame> frames) {
+  ByteVector bytes(kHeaderBytes);
   StoreLittle(kMagic, kMagicAt, bytes);
   StoreLittle(static_cast<std::uint32_t>(frames.size()), kFramesAt, bytes);
   if (!frames.empty()) {

@@ -19,6 +19,6 @@ std::optional<SonarFrame> DecodeArisFrame(const RecordingLayout& layout, ByteSpa
 /// A whole .aris file of frames of `beams` 48, 96, 64 or 128. Its windows are exact to the
 /// microsecond of the sound's way at 1500 m/s.
 /// @pre all frames have as many beams and bins, and samples for them.
-Bytes EncodeAris(double rate_hz, std::span<const SonarFrame> frames);
+ByteVector EncodeAris(double rate_hz, std::span<const SonarFrame> frames);
 
 }  // namespace vog

@@ -43,14 +43,14 @@ std::optional<RecordingLayout> DdfLayout(ByteSpan bytes) {
 }
 
 std::optional<SonarFrame> DecodeDdfFrame(const RecordingLayout& layout, ByteSpan bytes) {
-  Bytes header(kDidsonHeaderBytes);
+  ByteVector header(kDidsonHeaderBytes);
   std::copy_n(bytes.begin(), layout.frame_header_bytes, header.begin());
   const ByteSpan samples = bytes.subspan(layout.frame_header_bytes);
-  return ToSonarFrame({DecodeDidsonHeader(header), Bytes(samples.begin(), samples.end())});
+  return ToSonarFrame({DecodeDidsonHeader(header), ByteVector(samples.begin(), samples.end())});
 }
 
-Bytes EncodeDdf(DdfVersion version, double rate_hz, std::span<const DidsonFrame> frames) {
-  Bytes bytes(HeaderBytes(version));
+ByteVector EncodeDdf(DdfVersion version, double rate_hz, std::span<const DidsonFrame> frames) {
+  ByteVector bytes(HeaderBytes(version));
   const int beams = frames.empty() ? 96 : BeamsOf(frames.front().header);
   StoreLittle(version == DdfVersion::k3 ? kMagic3 : kMagic4, kMagicAt, bytes);
   StoreLittle(static_cast<std::uint32_t>(frames.size()), kFramesAt, bytes);
@@ -59,7 +59,7 @@ Bytes EncodeDdf(DdfVersion version, double rate_hz, std::span<const DidsonFrame>
   StoreLittle(static_cast<std::uint32_t>(beams), kBeamsAt, bytes);
   StoreLittle(static_cast<std::uint32_t>(kDidsonBins), kBinsAt, bytes);
   for (const DidsonFrame& frame : frames) {
-    const Bytes header = EncodeDidsonHeader(frame.header);
+    const ByteVector header = EncodeDidsonHeader(frame.header);
     bytes.insert(bytes.end(), header.begin(),
                  header.begin() + static_cast<std::ptrdiff_t>(FrameHeaderBytes(version)));
     bytes.insert(bytes.end(), frame.samples.begin(), frame.samples.end());

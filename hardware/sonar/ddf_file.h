@@ -18,6 +18,6 @@ std::optional<SonarFrame> DecodeDdfFrame(const RecordingLayout& layout, ByteSpan
 enum class DdfVersion { k3 = 3, k4 = 4 };
 
 /// A whole .ddf file. @pre all frames have as many beams, and samples for them.
-Bytes EncodeDdf(DdfVersion version, double rate_hz, std::span<const DidsonFrame> frames);
+ByteVector EncodeDdf(DdfVersion version, double rate_hz, std::span<const DidsonFrame> frames);
 
 }  // namespace vog

@@ -20,7 +20,7 @@ int Inputs() {
 }
 
 /// Flips bits, sets words to extreme values, cuts, lengthens or repeats; most damage is in headers.
-Bytes Damage(Bytes bytes, Random& random) {
+ByteVector Damage(ByteVector bytes, Random& random) {
   static constexpr std::uint32_t kExtremes[] = {0,          1,          0x7fffffff,
                                                 0x80000000, 0xffffffff, 0x7fc00000};
   const auto place = [&](std::size_t room) {
@@ -59,15 +59,15 @@ void ExpectSane(const SonarFrame& frame) {
 }
 
 TEST(DecodersFuzzTest, Headers) {
-  const Bytes good = EncodeDidsonHeader(RandomDidsonFrame(96, 0).header);
+  const ByteVector good = EncodeDidsonHeader(RandomDidsonFrame(96, 0).header);
   for (int i = 0; i < 10 * Inputs(); ++i) {
     Random random(1, "headers", static_cast<std::uint64_t>(i));
-    Bytes bytes = Damage(good, random);
+    ByteVector bytes = Damage(good, random);
     bytes.resize(kDidsonHeaderBytes);
     const DidsonHeader header = DecodeDidsonHeader(bytes);
     TimeOf(header);
     const std::size_t samples = static_cast<std::size_t>(BeamsOf(header)) * kDidsonBins;
-    if (const auto frame = ToSonarFrame({header, Bytes(samples)})) ExpectSane(*frame);
+    if (const auto frame = ToSonarFrame({header, ByteVector(samples)})) ExpectSane(*frame);
   }
 }
 
@@ -79,11 +79,11 @@ TEST(DecodersFuzzTest, Files) {
     short_frames.back().samples.resize(48 * 20);
   }
   const DidsonFrame frames[] = {RandomDidsonFrame(48, 0), RandomDidsonFrame(48, 1)};
-  const Bytes files[] = {EncodeDdf(DdfVersion::k3, 10, frames),
-                         EncodeDdf(DdfVersion::k4, 10, frames), EncodeAris(5, short_frames)};
+  const ByteVector files[] = {EncodeDdf(DdfVersion::k3, 10, frames),
+                              EncodeDdf(DdfVersion::k4, 10, frames), EncodeAris(5, short_frames)};
   for (int i = 0; i < Inputs(); ++i) {
     Random random(1, "files", static_cast<std::uint64_t>(i));
-    const Bytes bytes = Damage(files[i % 3], random);
+    const ByteVector bytes = Damage(files[i % 3], random);
     try {
       const SonarRecording recording(bytes);
       EXPECT_LT(recording.Fault().size(), 200u);
@@ -97,17 +97,17 @@ TEST(DecodersFuzzTest, Files) {
 
 TEST(DecodersFuzzTest, Datagrams) {
   DidsonStream dut;
-  std::vector<Bytes> datagrams;
+  std::vector<ByteVector> datagrams;
   for (const DidsonPacking packing : {DidsonPacking::kHuls3, DidsonPacking::kHauv1b}) {
     for (const int beams : {96, 48}) {
-      for (Bytes& datagram : EncodeDatagrams(packing, RandomDidsonFrame(beams, 0), 0))
+      for (ByteVector& datagram : EncodeDatagrams(packing, RandomDidsonFrame(beams, 0), 0))
         datagrams.push_back(std::move(datagram));
     }
   }
   std::uint16_t sequence = 0;
   for (int i = 0; i < Inputs(); ++i) {
     Random random(1, "datagrams", static_cast<std::uint64_t>(i));
-    Bytes bytes = datagrams[i % datagrams.size()];
+    ByteVector bytes = datagrams[i % datagrams.size()];
     StoreLittle(sequence++, 6, bytes);
     if (random.Chance(0.3)) bytes = Damage(std::move(bytes), random);
     if (const auto frame = dut.Add(bytes)) {

@@ -106,8 +106,8 @@ DidsonHeader DecodeDidsonHeader(ByteSpan bytes) {
   return header;
 }
 
-Bytes EncodeDidsonHeader(const DidsonHeader& header) {
-  Bytes bytes(kDidsonHeaderBytes);
+ByteVector EncodeDidsonHeader(const DidsonHeader& header) {
+  ByteVector bytes(kDidsonHeaderBytes);
   VisitFields(header, [&](std::size_t offset, auto field) { StoreLittle(field, offset, bytes); });
   return bytes;
 }

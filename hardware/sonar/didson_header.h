@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "hardware/sonar/little_endian.h"
+#include "hardware/frames/bytes.h"
 #include "lib/scan/sonar_records.h"
 
 namespace vog {
@@ -38,7 +38,7 @@ inline constexpr int kDidsonBins = 512;
 DidsonHeader DecodeDidsonHeader(ByteSpan bytes);
 
 /// The inverse; bytes of fields that DidsonHeader does not have are 0.
-Bytes EncodeDidsonHeader(const DidsonHeader& header);
+ByteVector EncodeDidsonHeader(const DidsonHeader& header);
 
 /// 96 beams at high frequency, 48 at low.
 int BeamsOf(const DidsonHeader& header);
@@ -61,7 +61,7 @@ Time TimeOf(const DidsonHeader& header);
 /// A frame as the sonar sent it: `samples[bin * beams + beam]`, from near to far.
 struct DidsonFrame {
   DidsonHeader header;
-  Bytes samples;
+  ByteVector samples;
 };
 
 /// Nothing when the header's window is none, or the samples are not those of its beams.

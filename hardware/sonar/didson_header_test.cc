@@ -13,7 +13,7 @@ TEST(DidsonHeaderTest, FieldsLieWhereTheFormatSays) {
   header.window_start = 6;
   header.vehicle_time_s = 1468966347.25;
   header.sonar_tilt_deg = -30;
-  const Bytes bytes = EncodeDidsonHeader(header);
+  const ByteVector bytes = EncodeDidsonHeader(header);
   ASSERT_EQ(bytes.size(), kDidsonHeaderBytes);
   EXPECT_EQ(bytes[0], 1);
   EXPECT_EQ(bytes[3], 4);
@@ -24,9 +24,9 @@ TEST(DidsonHeaderTest, FieldsLieWhereTheFormatSays) {
 
 TEST(DidsonHeaderTest, AllBytesOfFieldsComeBack) {
   Random random(1, "header");
-  Bytes bytes(kDidsonHeaderBytes);
+  ByteVector bytes(kDidsonHeaderBytes);
   for (auto& byte : bytes) byte = static_cast<std::uint8_t>(random.Index(256));
-  const Bytes once = EncodeDidsonHeader(DecodeDidsonHeader(bytes));
+  const ByteVector once = EncodeDidsonHeader(DecodeDidsonHeader(bytes));
   EXPECT_EQ(EncodeDidsonHeader(DecodeDidsonHeader(once)), once);
   int same = 0;
   for (std::size_t i = 0; i < bytes.size(); ++i) same += bytes[i] == once[i];

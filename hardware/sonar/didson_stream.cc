@@ -18,7 +18,7 @@ bool IsHeader(std::uint16_t type) {
   return type == kHeader || type == kHeaderToo || type == kHeaderAndData;
 }
 
-/// Bytes after the packet's header; 0 for a type that is none.
+/// ByteVector after the packet's header; 0 for a type that is none.
 std::size_t PayloadBytes(std::uint16_t type) {
   switch (type) {
     case kHeader:
@@ -36,8 +36,8 @@ std::size_t PayloadBytes(std::uint16_t type) {
   }
 }
 
-Bytes MakeDatagram(std::uint16_t type, std::uint16_t sequence, ByteSpan front, ByteSpan back) {
-  Bytes datagram(kPacketHeaderBytes);
+ByteVector MakeDatagram(std::uint16_t type, std::uint16_t sequence, ByteSpan front, ByteSpan back) {
+  ByteVector datagram(kPacketHeaderBytes);
   StoreLittle(kMark, kMarkAt, datagram);
   StoreLittle(type, kTypeAt, datagram);
   StoreLittle(sequence, kSequenceAt, datagram);
@@ -62,16 +62,16 @@ Plan PlanOf(std::uint16_t first_type, ByteSpan header) {
 
 }  // namespace
 
-std::vector<Bytes> EncodeDatagrams(DidsonPacking packing, const DidsonFrame& frame,
-                                   std::uint16_t sequence) {
+std::vector<ByteVector> EncodeDatagrams(DidsonPacking packing, const DidsonFrame& frame,
+                                        std::uint16_t sequence) {
   const bool is_huls3 = packing == DidsonPacking::kHuls3;
-  const Bytes header = EncodeDidsonHeader(frame.header);
+  const ByteVector header = EncodeDidsonHeader(frame.header);
   const Plan plan = PlanOf(is_huls3 ? kHeader : kHeaderAndData, header);
   const std::size_t packet = is_huls3 ? kSmallPacket : kLargePacket;
   const std::size_t with_header = is_huls3 ? 0 : kLargePacket;
   const ByteSpan samples = frame.samples;
-  std::vector<Bytes> datagrams = {MakeDatagram(is_huls3 ? kHeader : kHeaderAndData, sequence,
-                                               header, samples.first(with_header))};
+  std::vector<ByteVector> datagrams = {MakeDatagram(is_huls3 ? kHeader : kHeaderAndData, sequence,
+                                                    header, samples.first(with_header))};
   for (int i = 0; i < plan.packets; ++i) {
     const bool is_last = i + 1 == plan.packets;
     datagrams.push_back(MakeDatagram(is_last ? plan.last_type : plan.type, ++sequence, {},
@@ -110,7 +110,7 @@ std::optional<DidsonStream::Part> DidsonStream::Parse(ByteSpan datagram) {
   const ByteSpan payload = datagram.subspan(kPacketHeaderBytes);
   if (PayloadBytes(type) == 0 || payload.size() != PayloadBytes(type)) return std::nullopt;
   return Part{LoadLittle<std::uint16_t>(datagram, kSequenceAt), type,
-              Bytes(payload.begin(), payload.end())};
+              ByteVector(payload.begin(), payload.end())};
 }
 
 /// How much older than the newest a sequence number is; below 0 if it is newer.
@@ -179,7 +179,7 @@ bool DidsonStream::IsWhole(const Part& first) const {
 std::optional<DidsonFrame> DidsonStream::Assemble(const Part& first) const {
   const Plan plan = PlanOf(first.type, first.payload);
   DidsonFrame frame{DecodeDidsonHeader(first.payload),
-                    Bytes(first.payload.begin() + kDidsonHeaderBytes, first.payload.end())};
+                    ByteVector(first.payload.begin() + kDidsonHeaderBytes, first.payload.end())};
   for (int i = 1; i <= plan.packets; ++i) {
     const Part& part = *Find(static_cast<std::uint16_t>(first.sequence + i));
     if (part.type != (i == plan.packets ? plan.last_type : plan.type)) return std::nullopt;

@@ -16,8 +16,8 @@ enum class DidsonPacking {
 };
 
 /// The datagrams of a frame; the first has sequence number `sequence`, the others follow it.
-std::vector<Bytes> EncodeDatagrams(DidsonPacking packing, const DidsonFrame& frame,
-                                   std::uint16_t sequence);
+std::vector<ByteVector> EncodeDatagrams(DidsonPacking packing, const DidsonFrame& frame,
+                                        std::uint16_t sequence);
 
 /// Puts frames together from datagrams of either packing. It takes them in any order within a
 /// window of some frames, and holds no more than that. A datagram's place in its frame is told by
@@ -43,7 +43,7 @@ class DidsonStream {
  private:
   struct Part {
     std::uint16_t sequence = 0, type = 0;
-    Bytes payload;
+    ByteVector payload;
   };
 
   enum class Arrival { kInTime, kDuplicate, kRestart };
@@ -65,7 +65,7 @@ class DidsonStream {
   bool has_begun_ = false;
   std::uint16_t newest_ = 0;
   std::uint64_t seen_ = 0;  // Bit i: sequence number newest_ - i came.
-  Bytes header_;            // Of the last frame that began.
+  ByteVector header_;       // Of the last frame that began.
   std::uint16_t header_sequence_ = 0;
 };
 

@@ -14,11 +14,11 @@ constexpr DidsonPacking kPackings[] = {DidsonPacking::kHuls3, DidsonPacking::kHa
 class DidsonStreamTest : public testing::Test {
  protected:
   /// The datagrams of frames 0 .. frames - 1, one after the other.
-  static std::vector<Bytes> Datagrams(DidsonPacking packing, int beams, int frames,
-                                      std::uint16_t sequence = 100) {
-    std::vector<Bytes> all;
+  static std::vector<ByteVector> Datagrams(DidsonPacking packing, int beams, int frames,
+                                           std::uint16_t sequence = 100) {
+    std::vector<ByteVector> all;
     for (int i = 0; i < frames; ++i) {
-      for (Bytes& datagram : EncodeDatagrams(packing, RandomDidsonFrame(beams, i), sequence)) {
+      for (ByteVector& datagram : EncodeDatagrams(packing, RandomDidsonFrame(beams, i), sequence)) {
         all.push_back(std::move(datagram));
         ++sequence;
       }
@@ -26,8 +26,8 @@ class DidsonStreamTest : public testing::Test {
     return all;
   }
   /// Adds them; each frame that comes must be one that was sent, whole.
-  void Add(const std::vector<Bytes>& datagrams) {
-    for (const Bytes& datagram : datagrams) {
+  void Add(const std::vector<ByteVector>& datagrams) {
+    for (const ByteVector& datagram : datagrams) {
       const auto frame = dut_.Add(datagram);
       if (!frame) continue;
       const int index = static_cast<int>(frame->header.frame_number);
@@ -155,8 +155,8 @@ TEST_F(DidsonStreamTest, FramesNeverMixWhateverTheNetworkDoes) {
     const auto sent = Datagrams(packing, 96, 60);
     for (int round = 0; round < 10; ++round) {
       Random random(1, "network", static_cast<std::uint64_t>(round));
-      std::vector<Bytes> datagrams;
-      for (const Bytes& datagram : sent) {
+      std::vector<ByteVector> datagrams;
+      for (const ByteVector& datagram : sent) {
         if (random.Chance(0.05)) continue;
         datagrams.push_back(datagram);
         if (random.Chance(0.05)) datagrams.push_back(datagram);

@@ -3,7 +3,7 @@
 #include <optional>
 #include <string>
 
-#include "hardware/sonar/little_endian.h"
+#include "hardware/frames/bytes.h"
 #include "lib/scan/sonar_records.h"
 
 namespace vog {

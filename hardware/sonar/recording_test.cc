@@ -16,13 +16,13 @@ namespace {
 
 constexpr int kFrames = 3;
 
-Bytes Ddf(DdfVersion version, int beams) {
+ByteVector Ddf(DdfVersion version, int beams) {
   std::vector<DidsonFrame> frames;
   for (int i = 0; i < kFrames; ++i) frames.push_back(RandomDidsonFrame(beams, i));
   return EncodeDdf(version, 10, frames);
 }
 
-Bytes Aris(int beams) {
+ByteVector Aris(int beams) {
   std::vector<SonarFrame> frames;
   for (int i = 0; i < kFrames; ++i) {
     SonarFrame frame = RandomSonarFrame(96, i);
@@ -38,7 +38,7 @@ class DdfTest : public testing::TestWithParam<std::pair<DdfVersion, int>> {};
 
 TEST_P(DdfTest, FramesComeBack) {
   const auto [version, beams] = GetParam();
-  const Bytes bytes = Ddf(version, beams);
+  const ByteVector bytes = Ddf(version, beams);
   const SonarRecording recording(bytes);
   EXPECT_EQ(recording.layout().format, version == DdfVersion::k3 ? "DDF_03" : "DDF_04");
   EXPECT_EQ(recording.layout().rate_hz, 10);
@@ -63,7 +63,7 @@ INSTANTIATE_TEST_SUITE_P(Versions, DdfTest,
 
 TEST(RecordingTest, ArisFramesComeBack) {
   for (const int beams : {48, 64, 96, 128}) {
-    const Bytes bytes = Aris(beams);
+    const ByteVector bytes = Aris(beams);
     const SonarRecording recording(bytes);
     EXPECT_EQ(recording.layout().beams, beams);
     EXPECT_EQ(recording.layout().rate_hz, 7.5);
@@ -77,8 +77,8 @@ TEST(RecordingTest, ArisFramesComeBack) {
 }
 
 TEST(RecordingTest, OfACutFileTheWholeFramesLoad) {
-  for (const Bytes& whole : {Ddf(DdfVersion::k4, 48), Aris(48)}) {
-    Bytes bytes = whole;
+  for (const ByteVector& whole : {Ddf(DdfVersion::k4, 48), Aris(48)}) {
+    ByteVector bytes = whole;
     bytes.resize(bytes.size() - 10);
     const SonarRecording recording(bytes);
     EXPECT_EQ(recording.size(), kFrames - 1);
@@ -89,11 +89,11 @@ TEST(RecordingTest, OfACutFileTheWholeFramesLoad) {
 }
 
 TEST(RecordingTest, FramesWithADamagedHeaderAreLeftOut) {
-  Bytes ddf = Ddf(DdfVersion::k4, 48);
+  ByteVector ddf = Ddf(DdfVersion::k4, 48);
   StoreLittle(std::uint32_t{77}, 1024 + 1024 + 48 * 512 + 56, ddf);  // Window length.
-  Bytes aris = Aris(48);
+  ByteVector aris = Aris(48);
   StoreLittle(std::uint32_t{99}, 1024 + 1024 + 48 * 100 + 436, aris);  // Ping mode.
-  for (const Bytes& bytes : {ddf, aris}) {
+  for (const ByteVector& bytes : {ddf, aris}) {
     const SonarRecording recording(bytes);
     EXPECT_TRUE(recording.Frame(0));
     EXPECT_FALSE(recording.Frame(1));
@@ -103,7 +103,7 @@ TEST(RecordingTest, FramesWithADamagedHeaderAreLeftOut) {
 }
 
 TEST(RecordingTest, WhatIsNoRecordingIsRefused) {
-  Bytes bytes = Ddf(DdfVersion::k4, 48);
+  ByteVector bytes = Ddf(DdfVersion::k4, 48);
   EXPECT_THROW(SonarRecording({}), UsageError);
   EXPECT_THROW(SonarRecording(ByteSpan(bytes).first(1023)), UsageError);
   EXPECT_THROW(SonarRecording(ByteSpan(bytes).first(1024)), UsageError);

@@ -11,7 +11,7 @@
 namespace vog {
 
 using ByteSpan = std::span<const std::uint8_t>;
-using Bytes = std::vector<std::uint8_t>;
+using ByteVector = std::vector<std::uint8_t>;
 
 static_assert(std::endian::native == std::endian::little, "devices and hosts are little endian");
 
@@ -29,6 +29,13 @@ template <class Number>
 void StoreLittle(Number number, std::size_t offset, std::span<std::uint8_t> bytes) {
   static_assert(std::is_arithmetic_v<Number>);
   std::memcpy(bytes.subspan(offset, sizeof(number)).data(), &number, sizeof(number));
+}
+
+/// The sum of all bytes modulo 65536: Teledyne's check sum.
+inline std::uint16_t SumOf(ByteSpan bytes) {
+  std::uint16_t sum = 0;
+  for (const std::uint8_t byte : bytes) sum = static_cast<std::uint16_t>(sum + byte);
+  return sum;
 }
 
 }  // namespace vog

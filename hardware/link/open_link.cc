@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "hardware/link/pty_link.h"
 #include "hardware/link/recorded_links.h"
 #include "hardware/link/serial_link.h"
 #include "hardware/link/socket_can_link.h"
@@ -110,8 +111,9 @@ std::unique_ptr<ByteLink> OpenByteLink(const LinkOptions& options) {
     return std::make_unique<UdpLink>(ParsePort(url.address), OnlySetting(url, "peer"));
   OnlySetting(url, "");
   if (url.kind == "tcp") return std::make_unique<TcpClientLink>(url.address);
+  if (url.kind == "pty") return std::make_unique<PtyLink>(url.address);
   if (url.kind == "file") return std::make_unique<FileLink>(url.address);
-  Refuse(url, "is none of serial, tcp, udp, file");
+  Refuse(url, "is none of serial, tcp, udp, pty, file");
 }
 
 std::unique_ptr<CanLink> OpenCanLink(const LinkOptions& options) {

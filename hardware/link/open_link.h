@@ -13,6 +13,7 @@ namespace vog {
 ///   serial:/dev/ttyUSB0?baud=115200    a serial line; baud is 9600 unless it is said
 ///   tcp:10.0.1.112:29500               a TCP server
 ///   udp:50700?peer=10.0.1.117:700      datagrams to a port of ours, and to whom to send
+///   pty:/tmp/vehicle                   the far end of the serial line of that name
 ///   file:recording.bin                 recorded bytes
 ///   can:can0?filter=110:7F0,200:700    a CAN interface; filters ID:MASK, of 8 digits: extended
 ///   candump:recording.log              recorded frames
@@ -22,12 +23,12 @@ struct LinkOptions {
   void Visit(OptionsVisitor& v) {
     v("url", url,
       "where the device is: serial:DEVICE?baud=N, tcp:HOST:PORT, udp:PORT?peer=HOST:PORT, "
-      "file:PATH, "
-      "can:INTERFACE?filter=ID:MASK,..., candump:PATH");
+      "pty:NAME, file:PATH, can:INTERFACE?filter=ID:MASK,..., candump:PATH; empty: nowhere, "
+      "messages take its place");
   }
 };
 
-/// The first three and file. @throws UsageError on one line where the URL says none of them, and
+/// All but the last two. @throws UsageError on one line where the URL says none of them, and
 /// whatever the link throws.
 std::unique_ptr<ByteLink> OpenByteLink(const LinkOptions& options);
 /// can and candump, likewise.

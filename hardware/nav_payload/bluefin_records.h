@@ -12,6 +12,10 @@ namespace vog {
 /// The front seat's sentences as our records and back: FRD and NED become B (x forward, y left, z
 /// up) and W (x east, y north, z up). `time` is the sentence's own, dated by a TimeOfDayClock.
 
+/// A velocity is asked for as the place (GBP) and the turn (RBO) of so much later: the interface
+/// has no command for velocities.
+inline constexpr double kBluefinLookahead_s = 1;
+
 NedAttitude AttitudeOf(const NvgSentence& nvg);
 NedAttitude AttitudeOf(const RcmSentence& rcm);
 NedAttitude AttitudeOf(const RnvAbsolute& rnv);

@@ -6,7 +6,7 @@
 namespace vog {
 
 /// The tables of a mission file. A process reads those that concern it; none may be misspelt.
-inline constexpr std::array<std::string_view, 34> kConfigTables = {
+inline constexpr std::array<std::string_view, 39> kConfigTables = {
     "mission",
     "bus",
     "simulation",
@@ -41,6 +41,11 @@ inline constexpr std::array<std::string_view, 34> kConfigTables = {
     "evaluation",
     "latency",
     "live",
+    "vehicle_link",
+    "sonar_link",
+    "pressure",
+    "sim_vehicle_link",
+    "sim_sonar_link",
 };
 
 }  // namespace vog

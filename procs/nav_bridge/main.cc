@@ -7,6 +7,10 @@ int main(int argc, char** argv) {
   return vog::RunProcess(
       {"vog-nav-bridge", "Dead-reckons the vehicle and passes commands on to it."}, argc, argv,
       [](vog::LcmBus& bus, const vog::Config& config) {
-        return std::make_shared<vog::NavBridgeNode>(bus, vog::NavBridgeSettings::From(config));
+        const auto settings = vog::NavBridgeSettings::From(config);
+        std::unique_ptr<vog::VehicleLink> link;
+        if (!settings.vehicle_link.url.empty())
+          link = vog::OpenVehicleLink(settings.vehicle_link, settings.pressure);
+        return std::make_shared<vog::NavBridgeNode>(bus, settings, std::move(link));
       });
 }

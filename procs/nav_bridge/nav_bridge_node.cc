@@ -11,19 +11,36 @@ namespace vog {
 namespace {
 
 constexpr Duration kWatchdogPeriod = std::chrono::milliseconds(100);
+constexpr Duration kLinkPeriod = std::chrono::milliseconds(5);
+
+const Channel<vehicle_nav_t>& ChannelOf(const VehicleNavRecord&) { return inputs::kVehicleNav; }
+const Channel<dvl_t>& ChannelOf(const DvlRecord&) { return inputs::kDvl; }
+const Channel<imu_t>& ChannelOf(const ImuRecord&) { return inputs::kImu; }
+const Channel<depth_t>& ChannelOf(const DepthRecord&) { return inputs::kDepth; }
+
+template <class Record>
+std::int64_t EpochOf(const Record&, std::int64_t epoch) {
+  return epoch;
+}
+std::int64_t EpochOf(const VehicleNavRecord& record, std::int64_t) { return record.origin; }
 
 }  // namespace
 
 NavBridgeSettings NavBridgeSettings::From(const Config& config) {
   return {config.Read<NavBridgeOptions>("navigation"),
-          config.Read<DeadReckoningOptions>("dead_reckoning"), config.Read<DriftOptions>("drift"),
+          config.Read<DeadReckoningOptions>("dead_reckoning"),
+          config.Read<DriftOptions>("drift"),
           ToSeconds(config.Read<SonarOptions>("sonar").period()),
+          config.Read<VehicleLinkOptions>("vehicle_link"),
+          config.Read<PressureOptions>("pressure"),
           config.Read<BusOptions>("bus").run_id};
 }
 
-NavBridgeNode::NavBridgeNode(Bus& bus, const NavBridgeSettings& settings)
+NavBridgeNode::NavBridgeNode(Bus& bus, const NavBridgeSettings& settings,
+                             std::unique_ptr<VehicleLink> link)
     : settings_(settings),
       endpoint_(bus, "vog-nav-bridge", settings.run_id),
+      link_(std::move(link)),
       tracker_(settings.drift, settings.scan_period_s, bus.epoch(),
                {settings.bridge.jump_m, settings.bridge.max_speed_m_s}),
       reckoner_(settings.dead_reckoning, bus.epoch()) {
@@ -37,9 +54,27 @@ NavBridgeNode::NavBridgeNode(Bus& bus, const NavBridgeSettings& settings)
   endpoint_.ReportStatus([this](auto& counters) {
     counters["watchdog_stops"] = stops_;
     counters["navigation_jumps"] = tracker_.jumps();
+    if (link_) link_->Count(counters);
     return std::exchange(has_told_nav_, false) ? "ok" : "no navigation";
   });
   bus.Every(kWatchdogPeriod, [this](Time now) { StopIfCommandIsOld(now); });
+  if (link_) bus.Every(kLinkPeriod, [this](Time now) { StepLink(now); });
+}
+
+void NavBridgeNode::StepLink(Time now) {
+  for (const auto& record : link_->Step(Time(FromSeconds(since_start_.seconds())), now)) {
+    std::visit(
+        [&](const auto& each) {
+          endpoint_.Publish(ChannelOf(each), ToMessage(each), each.time,
+                            EpochOf(each, endpoint_.epoch()));
+        },
+        record);
+  }
+}
+
+void NavBridgeNode::Command(const VelocityCommand& command, Time answered) {
+  endpoint_.Publish(outputs::kVehicleCommand, ToMessage(command), answered);
+  if (link_) link_->Send(command, answered);
 }
 
 void NavBridgeNode::OnVehicleNav(const vehicle_nav_t& message) {
@@ -91,7 +126,7 @@ void NavBridgeNode::OnControl(const control_t& message) {
   command->yaw_rate_rad_s =
       std::clamp(command->yaw_rate_rad_s, -limits.max_yaw_rate_rad_s, limits.max_yaw_rate_rad_s);
   commanded_at_ = TimeOf(message.header);
-  endpoint_.Publish(outputs::kVehicleCommand, ToMessage(*command), *commanded_at_);
+  Command(*command, *commanded_at_);
 }
 
 void NavBridgeNode::StopIfCommandIsOld(Time now) {
@@ -99,7 +134,7 @@ void NavBridgeNode::StopIfCommandIsOld(Time now) {
     return;
   commanded_at_.reset();
   ++stops_;
-  endpoint_.Publish(outputs::kVehicleCommand, ToMessage(VelocityCommand{}), now);
+  Command({}, now);
 }
 
 }  // namespace vog

@@ -1,10 +1,13 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 
 #include "lib/base/config.h"
+#include "lib/bus/stopwatch.h"
 #include "lib/messages/endpoint.h"
 #include "lib/navigation/dead_reckoning.h"
+#include "procs/nav_bridge/vehicle_link.h"
 
 namespace vog {
 
@@ -37,19 +40,27 @@ struct NavBridgeSettings {
   DeadReckoningOptions dead_reckoning;
   DriftOptions drift;
   double scan_period_s = 0.2;
+  VehicleLinkOptions vehicle_link;
+  PressureOptions pressure;
   std::int64_t run_id = 0;
 
   static NavBridgeSettings From(const Config& config);
 };
 
 /// Between the vehicle's navigation and the rest: dead-reckons NAV, and passes CONTROL on as
-/// VEHICLE_COMMAND, within limits and only while it is fresh.
-/// In: VEHICLE_NAV, DVL, IMU, DEPTH, CONTROL. Out: NAV, VEHICLE_COMMAND, STATUS.
+/// VEHICLE_COMMAND, within limits and only while it is fresh. What comes over a link is told as
+/// messages, which a log keeps, before it is heard like those of others; commands go over it too.
+/// In: VEHICLE_NAV, DVL, IMU, DEPTH, CONTROL. Out: NAV, VEHICLE_COMMAND, STATUS; with a link also
+/// the first four.
 class NavBridgeNode {
  public:
-  NavBridgeNode(Bus& bus, const NavBridgeSettings& settings);
+  /// `link` may be none.
+  NavBridgeNode(Bus& bus, const NavBridgeSettings& settings,
+                std::unique_ptr<VehicleLink> link = nullptr);
 
  private:
+  void StepLink(Time now);
+  void Command(const VelocityCommand& command, Time answered);
   void OnVehicleNav(const vehicle_nav_t& message);
   template <class Message>
   void Reckon(const Message& message);
@@ -60,6 +71,8 @@ class NavBridgeNode {
 
   NavBridgeSettings settings_;
   Endpoint endpoint_;
+  std::unique_ptr<VehicleLink> link_;
+  Stopwatch since_start_;
   VehicleNavTracker tracker_;
   DeadReckoner reckoner_;
   std::optional<Time> commanded_at_;  // While the vehicle moves on a command.

@@ -7,7 +7,7 @@ namespace {
 
 struct LiveSimulator {
   LiveSimulator(vog::LcmBus& bus, const vog::SimSettings& settings)
-      : sim(bus, settings), pacer(bus, sim, settings.live) {}
+      : sim(bus, settings, vog::SimWires::Open(settings)), pacer(bus, sim, settings.live) {}
 
   vog::SimNode sim;
   vog::LivePacer pacer;

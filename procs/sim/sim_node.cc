@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "lib/base/errors.h"
 #include "lib/bus/lcm_bus.h"
 #include "lib/messages/convert.h"
 #include "sim/scene/scene.h"
@@ -42,13 +43,29 @@ SimSettings SimSettings::From(const Config& config) {
                     static_cast<std::uint64_t>(settings.mission.seed)};
   settings.scene_W = MakeScene(SceneSettings::From(config));
   settings.live = config.Read<LiveOptions>("live");
+  settings.vehicle_link = config.Read<VehicleLinkOptions>("sim_vehicle_link");
+  settings.sonar_link = config.Read<SonarLinkOptions>("sim_sonar_link");
+  settings.pressure = config.Read<PressureOptions>("pressure");
   settings.config_toml = config.ToToml();
   settings.run_id = config.Read<BusOptions>("bus").run_id;
   return settings;
 }
 
-SimNode::SimNode(Bus& bus, const SimSettings& settings)
+SimWires SimWires::Open(const SimSettings& settings) {
+  SimWires wires;
+  if (!settings.vehicle_link.url.empty())
+    wires.front_seat = OpenFrontSeat(settings.vehicle_link, settings.pressure);
+  if (settings.sonar_link.url.empty()) return wires;
+  if (settings.world.sonar_model.emits != SonarOutput::kFrames)
+    throw UsageError(
+        "sim_sonar_link: only frames go over a wire: sonar_model.emits must be frames");
+  wires.sonar_head = std::make_unique<SonarHead>(settings.sonar_link);
+  return wires;
+}
+
+SimNode::SimNode(Bus& bus, const SimSettings& settings, SimWires wires)
     : settings_(settings),
+      wires_(std::move(wires)),
       endpoint_(bus, "vog-sim", settings.run_id),
       world_(settings.world, settings.scene_W) {
   endpoint_.Subscribe(outputs::kVehicleCommand,
@@ -56,6 +73,8 @@ SimNode::SimNode(Bus& bus, const SimSettings& settings)
   endpoint_.ReportStatus(
       [this](auto& counters) {
         counters["vehicle_time_s"] = static_cast<std::int64_t>(ToSeconds(time_));
+        if (wires_.front_seat) wires_.front_seat->Count(counters);
+        if (wires_.sonar_head) counters["sonar_dropped"] = wires_.sonar_head->dropped();
         return "ok";
       },
       [this] { return time_; });
@@ -75,15 +94,42 @@ void SimNode::AdvanceTo(Time time) {
   time_ = time;
   const Emissions emissions = world_.AdvanceTo(time);
   PublishAll(endpoint_, inputs::kTruth, emissions.truth);
+  TellNavigation(emissions);
+  TellSonar(emissions);
+}
+
+void SimNode::TellNavigation(const Emissions& emissions) {
+  if (wires_.front_seat) {
+    wires_.front_seat->Tell(emissions);
+    return;
+  }
   PublishAll(endpoint_, inputs::kVehicleNav, emissions.navigation);
   PublishAll(endpoint_, inputs::kDvl, emissions.dvl);
   PublishAll(endpoint_, inputs::kDepth, emissions.depth);
   PublishAll(endpoint_, inputs::kImu, emissions.imu);
+}
+
+void SimNode::TellSonar(const Emissions& emissions) {
+  if (wires_.sonar_head) {
+    wires_.sonar_head->Tell(emissions.sonar_frames);
+    return;
+  }
   PublishAll(endpoint_, inputs::kSonarReturns, emissions.sonar_returns);
   PublishAll(endpoint_, inputs::kSonarFrame, emissions.sonar_frames);
 }
 
+void SimNode::StepWires() {
+  const Time steady(FromSeconds(since_start_.seconds()));
+  if (wires_.sonar_head) wires_.sonar_head->Step(steady);
+  if (!wires_.front_seat) return;
+  if (const auto command = wires_.front_seat->Step(steady)) {
+    world_.SetCommand(command->velocities);
+    commanded_ = command->answered;
+  }
+}
+
 void SimNode::OnCommand(const control_t& message) {
+  if (wires_.front_seat) return;  // It comes over the wire.
   const auto command = FromMessage(message);
   if (!command) {
     endpoint_.NoteMalformed();
@@ -99,6 +145,7 @@ LivePacer::LivePacer(Bus& bus, SimNode& sim, const LiveOptions& options)
 }
 
 void LivePacer::OnTick(Time now) {
+  sim_.StepWires();
   if (!anchor_) {
     anchor_ = advanced_ = now;
     sim_.AdvanceTo(Time{});

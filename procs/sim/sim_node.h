@@ -5,8 +5,11 @@
 #include <string>
 
 #include "lib/base/config.h"
+#include "lib/bus/stopwatch.h"
 #include "lib/messages/endpoint.h"
 #include "lib/planner/mission_options.h"
+#include "procs/sim/front_seat.h"
+#include "procs/sim/sonar_head.h"
 #include "sim/world/world.h"
 
 namespace vog {
@@ -31,6 +34,9 @@ struct SimSettings {
   TriangleMesh scene_W;
   MissionOptions mission;
   LiveOptions live;
+  VehicleLinkOptions vehicle_link;
+  SonarLinkOptions sonar_link;
+  PressureOptions pressure;
   std::string config_toml;
   std::int64_t run_id = 0;
 
@@ -38,16 +44,27 @@ struct SimSettings {
   static SimSettings From(const Config& config);
 };
 
-/// The simulated vehicle: says what its instruments measure and obeys VEHICLE_COMMAND.
-/// In: VEHICLE_COMMAND. Out: RUN, VEHICLE_NAV or DVL, IMU, DEPTH; SONAR_RETURNS or SONAR_FRAME;
-/// TRUTH; STATUS.
+/// The wires of a simulated vehicle; each may be none.
+struct SimWires {
+  std::unique_ptr<FrontSeat> front_seat;
+  std::unique_ptr<SonarHead> sonar_head;
+
+  /// @throws UsageError, SystemError.
+  static SimWires Open(const SimSettings& settings);
+};
+
+/// The simulated vehicle: says what its instruments measure and obeys VEHICLE_COMMAND, or both over
+/// wires. In: VEHICLE_COMMAND. Out: RUN, VEHICLE_NAV or DVL, IMU, DEPTH; SONAR_RETURNS or
+/// SONAR_FRAME; TRUTH; STATUS.
 class SimNode {
  public:
   /// Lock step: the bus's own time moves the world.
-  SimNode(Bus& bus, const SimSettings& settings);
+  SimNode(Bus& bus, const SimSettings& settings, SimWires wires = {});
 
   /// Tells all that is due up to `time`.
   void AdvanceTo(Time time);
+  /// Takes what came over wires.
+  void StepWires();
   /// The next moment at which there is something to tell.
   Time next_due() const { return world_.next_due(); }
   Time time() const { return time_; }
@@ -57,8 +74,12 @@ class SimNode {
  private:
   void OnCommand(const control_t& message);
   void PublishRun();
+  void TellNavigation(const Emissions& emissions);
+  void TellSonar(const Emissions& emissions);
 
   SimSettings settings_;
+  SimWires wires_;
+  Stopwatch since_start_;
   Endpoint endpoint_;
   World world_;
   Time time_;

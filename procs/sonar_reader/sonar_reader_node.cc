@@ -4,27 +4,63 @@
 #include "lib/messages/convert.h"
 
 namespace vog {
+namespace {
+
+constexpr Duration kLinkPeriod = std::chrono::milliseconds(5);
+constexpr std::size_t kLargestDatagram_bytes = 65536;
+
+}  // namespace
 
 SonarReaderSettings SonarReaderSettings::From(const Config& config) {
-  SonarReaderSettings settings{config.Read<SonarOptions>("sonar"),
-                               config.Read<RangeDetectorOptions>("range_detector"),
-                               config.Read<BusOptions>("bus").run_id};
+  SonarReaderSettings settings{
+      config.Read<SonarOptions>("sonar"), config.Read<RangeDetectorOptions>("range_detector"),
+      config.Read<SonarLinkOptions>("sonar_link"), config.Read<BusOptions>("bus").run_id};
   settings.sonar.Validate();
   return settings;
 }
 
-SonarReaderNode::SonarReaderNode(Bus& bus, const SonarReaderSettings& settings)
+SonarReaderNode::SonarReaderNode(Bus& bus, const SonarReaderSettings& settings,
+                                 std::unique_ptr<ByteLink> link)
     : settings_(settings),
       bearings_rad_(BeamBearings(settings.sonar)),
-      endpoint_(bus, "vog-sonar-reader", settings.run_id) {
+      endpoint_(bus, "vog-sonar-reader", settings.run_id),
+      link_(std::move(link)),
+      datagram_(kLargestDatagram_bytes) {
   endpoint_.Subscribe(inputs::kSonarReturns,
                       [this](Time, const sonar_returns_t& message) { OnReturns(message); });
   endpoint_.Subscribe(inputs::kSonarFrame,
                       [this](Time, const sonar_frame_t& message) { OnFrame(message); });
   endpoint_.ReportStatus([this](auto& counters) {
     counters["other_beams"] = other_beams_;
+    if (link_) CountLink(counters);
     return other_beams_ == 0 ? "ok" : "the sonar has another number of beams than sonar.beams";
   });
+  if (link_) bus.Every(kLinkPeriod, [this](Time) { StepLink(); });
+}
+
+void SonarReaderNode::StepLink() {
+  link_->Step(Time(FromSeconds(since_start_.seconds())));
+  for (ByteRead read = link_->Read(datagram_); read.outcome == ReadOutcome::kData;
+       read = link_->Read(datagram_)) {
+    const auto whole = stream_.Add({datagram_.data(), read.size});
+    if (!whole) continue;
+    if (const auto frame = ToSonarFrame(*whole)) {
+      endpoint_.Publish(inputs::kSonarFrame, ToMessage(*frame), frame->time);
+    } else {
+      ++other_windows_;
+    }
+  }
+}
+
+void SonarReaderNode::CountLink(std::map<std::string, std::int64_t>& counters) const {
+  const DidsonStream::Counters& counted = stream_.counters();
+  counters["link_dropped"] = link_->counters().dropped;
+  counters["frames"] = counted.frames;
+  counters["frames_incomplete"] = counted.incomplete;
+  counters["datagrams_lost"] = counted.lost;
+  counters["datagrams_twice"] = counted.duplicated;
+  counters["datagrams_malformed"] = counted.malformed;
+  counters["other_windows"] = other_windows_;
 }
 
 void SonarReaderNode::OnReturns(const sonar_returns_t& message) {

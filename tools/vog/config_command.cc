@@ -81,6 +81,11 @@ std::vector<Table> DescribeTables(const Config& config) {
   all.Add<EvaluationOptions>("evaluation");
   all.Add<LatencyOptions>("latency");
   all.Add<LiveOptions>("live");
+  all.Add<VehicleLinkOptions>("vehicle_link");
+  all.Add<SonarLinkOptions>("sonar_link");
+  all.Add<PressureOptions>("pressure");
+  all.Add<VehicleLinkOptions>("sim_vehicle_link");
+  all.Add<SonarLinkOptions>("sim_sonar_link");
   return all.tables();
 }
 

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "hardware/nav_payload/pressure.h"
+#include "hardware/nav_payload/vehicle_link_options.h"
+#include "lib/navigation/records.h"
+
+namespace vog {
+
+using NavigationRecord = std::variant<DvlRecord, ImuRecord, DepthRecord, VehicleNavRecord>;
+
+/// The vehicle at the other end of a wire.
+class VehicleLink {
+ public:
+  virtual ~VehicleLink() = default;
+
+  /// What came since. Also opens again what broke, and says what is due: that the payload lives,
+  /// once a second. `steady` is real time, which goes on when nothing comes; `now` the vehicle's,
+  /// which dates a time of day.
+  virtual std::vector<NavigationRecord> Step(Time steady, Time now) = 0;
+
+  /// Asks for velocities, in answer to the pose at `answered`.
+  virtual void Send(const VelocityCommand& command, Time answered) = 0;
+
+  /// What was lost or refused on the way.
+  virtual void Count(std::map<std::string, std::int64_t>& counters) const = 0;
+};
+
+/// @throws UsageError for a bad URL, SystemError when another program has the line.
+std::unique_ptr<VehicleLink> OpenVehicleLink(const VehicleLinkOptions& options,
+                                             const PressureOptions& pressure);
+
+}  // namespace vog

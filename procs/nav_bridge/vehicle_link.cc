@@ -188,11 +188,19 @@ class BluefinVehicle final : public VehicleLink {
 
 }  // namespace
 
+std::unique_ptr<VehicleLink> MakeCanVehicle(std::unique_ptr<CanLink> link) {
+  return std::make_unique<CanVehicle>(std::move(link));
+}
+
+std::unique_ptr<VehicleLink> MakeBluefinVehicle(std::unique_ptr<ByteLink> link,
+                                                const PressureOptions& pressure) {
+  return std::make_unique<BluefinVehicle>(std::move(link), pressure);
+}
+
 std::unique_ptr<VehicleLink> OpenVehicleLink(const VehicleLinkOptions& options,
                                              const PressureOptions& pressure) {
-  if (options.protocol == VehicleProtocol::kCan)
-    return std::make_unique<CanVehicle>(OpenCanLink({options.url}));
-  return std::make_unique<BluefinVehicle>(OpenByteLink({options.url}), pressure);
+  if (options.protocol == VehicleProtocol::kCan) return MakeCanVehicle(OpenCanLink({options.url}));
+  return MakeBluefinVehicle(OpenByteLink({options.url}), pressure);
 }
 
 }  // namespace vog

@@ -7,6 +7,7 @@
 #include <variant>
 #include <vector>
 
+#include "hardware/link/link.h"
 #include "hardware/nav_payload/pressure.h"
 #include "hardware/nav_payload/vehicle_link_options.h"
 #include "lib/navigation/records.h"
@@ -31,6 +32,12 @@ class VehicleLink {
   /// What was lost or refused on the way.
   virtual void Count(std::map<std::string, std::int64_t>& counters) const = 0;
 };
+
+/// A vehicle that speaks vogmap.dbc.
+std::unique_ptr<VehicleLink> MakeCanVehicle(std::unique_ptr<CanLink> link);
+/// A vehicle that speaks Bluefin's sentences.
+std::unique_ptr<VehicleLink> MakeBluefinVehicle(std::unique_ptr<ByteLink> link,
+                                                const PressureOptions& pressure);
 
 /// @throws UsageError for a bad URL, SystemError when another program has the line.
 std::unique_ptr<VehicleLink> OpenVehicleLink(const VehicleLinkOptions& options,

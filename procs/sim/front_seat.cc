@@ -144,11 +144,20 @@ class BluefinFrontSeat final : public FrontSeat {
 
 }  // namespace
 
+std::unique_ptr<FrontSeat> MakeCanFrontSeat(std::unique_ptr<CanLink> link) {
+  return std::make_unique<CanFrontSeat>(std::move(link));
+}
+
+std::unique_ptr<FrontSeat> MakeBluefinFrontSeat(std::unique_ptr<ByteLink> link,
+                                                const PressureOptions& pressure) {
+  return std::make_unique<BluefinFrontSeat>(std::move(link), pressure);
+}
+
 std::unique_ptr<FrontSeat> OpenFrontSeat(const VehicleLinkOptions& options,
                                          const PressureOptions& pressure) {
   if (options.protocol == VehicleProtocol::kCan)
-    return std::make_unique<CanFrontSeat>(OpenCanLink({options.url}));
-  return std::make_unique<BluefinFrontSeat>(OpenByteLink({options.url}), pressure);
+    return MakeCanFrontSeat(OpenCanLink({options.url}));
+  return MakeBluefinFrontSeat(OpenByteLink({options.url}), pressure);
 }
 
 }  // namespace vog

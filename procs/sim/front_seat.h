@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "hardware/link/link.h"
 #include "hardware/nav_payload/pressure.h"
 #include "hardware/nav_payload/vehicle_link_options.h"
 #include "lib/navigation/records.h"
@@ -29,6 +30,12 @@ class FrontSeat {
   virtual std::optional<Command> Step(Time steady) = 0;
   virtual void Count(std::map<std::string, std::int64_t>& counters) const = 0;
 };
+
+/// A vehicle that speaks vogmap.dbc.
+std::unique_ptr<FrontSeat> MakeCanFrontSeat(std::unique_ptr<CanLink> link);
+/// A vehicle that speaks Bluefin's sentences.
+std::unique_ptr<FrontSeat> MakeBluefinFrontSeat(std::unique_ptr<ByteLink> link,
+                                                const PressureOptions& pressure);
 
 /// @throws UsageError for a bad URL, SystemError when the line cannot be had.
 std::unique_ptr<FrontSeat> OpenFrontSeat(const VehicleLinkOptions& options,

@@ -1,5 +1,7 @@
 #include "procs/sonar_reader/sonar_reader_node.h"
 
+#include <utility>
+
 #include "lib/bus/lcm_bus.h"
 #include "lib/messages/convert.h"
 
@@ -33,7 +35,8 @@ SonarReaderNode::SonarReaderNode(Bus& bus, const SonarReaderSettings& settings,
   endpoint_.ReportStatus([this](auto& counters) {
     counters["other_beams"] = other_beams_;
     if (link_) CountLink(counters);
-    return other_beams_ == 0 ? "ok" : "the sonar has another number of beams than sonar.beams";
+    if (other_beams_ > 0) return "the sonar has another number of beams than sonar.beams";
+    return std::exchange(has_told_scan_, false) ? "ok" : "no sonar";
   });
   if (link_) bus.Every(kLinkPeriod, [this](Time) { StepLink(); });
 }
@@ -104,6 +107,7 @@ void SonarReaderNode::OnFrame(const sonar_frame_t& message) {
 
 void SonarReaderNode::PublishScan(const Scan& scan) {
   endpoint_.Publish(outputs::kScan, ToMessage(scan), scan.time);
+  has_told_scan_ = true;
 }
 
 }  // namespace vog

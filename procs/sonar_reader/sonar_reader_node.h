@@ -46,6 +46,7 @@ class SonarReaderNode {
   std::vector<std::uint8_t> datagram_;
   std::int64_t other_windows_ = 0;
   Stopwatch since_start_;
+  bool has_told_scan_ = false;    // Since the last STATUS.
   std::int64_t other_beams_ = 0;  // Records with a number of beams that the options do not know.
 };
 

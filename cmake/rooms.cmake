@@ -58,6 +58,8 @@ function(vog_lcmtypes name)
   add_library(${name} INTERFACE)
   add_dependencies(${name} ${name}_headers)
   target_include_directories(${name} SYSTEM INTERFACE ${PROJECT_BINARY_DIR}/lcmtypes)
+  # LCM encodes doubles through pointers to integers: an optimiser may drop what was stored in them.
+  target_compile_options(${name} INTERFACE -fno-strict-aliasing)
 endfunction()
 
 # vog_dbc(NAME FILE): the messages of a CAN database become a header dbc/NAME.h of library NAME.

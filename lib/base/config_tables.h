@@ -6,7 +6,7 @@
 namespace vog {
 
 /// The tables of a mission file. A process reads those that concern it; none may be misspelt.
-inline constexpr std::array<std::string_view, 39> kConfigTables = {
+inline constexpr std::array<std::string_view, 40> kConfigTables = {
     "mission",
     "bus",
     "simulation",
@@ -44,6 +44,7 @@ inline constexpr std::array<std::string_view, 39> kConfigTables = {
     "vehicle_link",
     "sonar_link",
     "pressure",
+    "doppler",
     "sim_vehicle_link",
     "sim_sonar_link",
 };

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <variant>
 
 #include "lib/base/time.h"
 #include "lib/geometry/pose.h"
@@ -41,6 +42,9 @@ struct VehicleNavRecord {
   Vec3 velocity_B_m_s = Vec3::Zero();
   double yaw_rate_rad_s = 0;
 };
+
+/// Whatever an instrument or the vehicle's computer says.
+using NavigationRecord = std::variant<DvlRecord, ImuRecord, DepthRecord, VehicleNavRecord>;
 
 /// Velocities that the vehicle shall hold.
 struct VelocityCommand {

@@ -10,7 +10,7 @@ int main(int argc, char** argv) {
         const auto settings = vog::NavBridgeSettings::From(config);
         std::unique_ptr<vog::VehicleLink> link;
         if (!settings.vehicle_link.url.empty())
-          link = vog::OpenVehicleLink(settings.vehicle_link, settings.pressure);
+          link = vog::OpenVehicleLink(settings.vehicle_link, {settings.pressure, settings.doppler});
         return std::make_shared<vog::NavBridgeNode>(bus, settings, std::move(link));
       });
 }

@@ -6,6 +6,7 @@
 #include "lib/bus/lcm_bus.h"
 #include "lib/messages/convert.h"
 #include "lib/scan/sonar.h"
+#include "procs/nav_bridge/hauv_messages.h"
 
 namespace vog {
 namespace {
@@ -33,6 +34,7 @@ NavBridgeSettings NavBridgeSettings::From(const Config& config) {
           ToSeconds(config.Read<SonarOptions>("sonar").period()),
           config.Read<VehicleLinkOptions>("vehicle_link"),
           config.Read<PressureOptions>("pressure"),
+          config.Read<DopplerOptions>("doppler"),
           config.Read<BusOptions>("bus").run_id};
 }
 
@@ -41,6 +43,7 @@ NavBridgeNode::NavBridgeNode(Bus& bus, const NavBridgeSettings& settings,
     : settings_(settings),
       endpoint_(bus, "vog-nav-bridge", settings.run_id),
       link_(std::move(link)),
+      hauv_reader_(settings.pressure, settings.doppler),
       tracker_(settings.drift, settings.scan_period_s, bus.epoch(),
                {settings.bridge.jump_m, settings.bridge.max_speed_m_s}),
       reckoner_(settings.dead_reckoning, bus.epoch()) {
@@ -55,21 +58,31 @@ NavBridgeNode::NavBridgeNode(Bus& bus, const NavBridgeSettings& settings,
     counters["watchdog_stops"] = stops_;
     counters["navigation_jumps"] = tracker_.jumps();
     if (link_) link_->Count(counters);
+    if (refused_hauv_ > 0) counters["refused_hauv_messages"] = refused_hauv_;
     return std::exchange(has_told_nav_, false) ? "ok" : "no navigation";
   });
   bus.Every(kWatchdogPeriod, [this](Time now) { StopIfCommandIsOld(now); });
   if (link_) bus.Every(kLinkPeriod, [this](Time now) { StepLink(now); });
+  SubscribeToHauv(
+      bus,
+      [this](const Sentence& sentence, Time time) {
+        if (const auto record = hauv_reader_.Add(sentence, time)) Tell(*record);
+      },
+      [this] { ++refused_hauv_; });
 }
 
 void NavBridgeNode::StepLink(Time now) {
-  for (const auto& record : link_->Step(Time(FromSeconds(since_start_.seconds())), now)) {
-    std::visit(
-        [&](const auto& each) {
-          endpoint_.Publish(ChannelOf(each), ToMessage(each), each.time,
-                            EpochOf(each, endpoint_.epoch()));
-        },
-        record);
-  }
+  for (const auto& record : link_->Step(Time(FromSeconds(since_start_.seconds())), now))
+    Tell(record);
+}
+
+void NavBridgeNode::Tell(const NavigationRecord& record) {
+  std::visit(
+      [&](const auto& each) {
+        endpoint_.Publish(ChannelOf(each), ToMessage(each), each.time,
+                          EpochOf(each, endpoint_.epoch()));
+      },
+      record);
 }
 
 void NavBridgeNode::Command(const VelocityCommand& command, Time answered) {

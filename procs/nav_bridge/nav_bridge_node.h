@@ -42,6 +42,7 @@ struct NavBridgeSettings {
   double scan_period_s = 0.2;
   VehicleLinkOptions vehicle_link;
   PressureOptions pressure;
+  DopplerOptions doppler;
   std::int64_t run_id = 0;
 
   static NavBridgeSettings From(const Config& config);
@@ -50,8 +51,9 @@ struct NavBridgeSettings {
 /// Between the vehicle's navigation and the rest: dead-reckons NAV, and passes CONTROL on as
 /// VEHICLE_COMMAND, within limits and only while it is fresh. What comes over a link is told as
 /// messages, which a log keeps, before it is heard like those of others; commands go over it too.
-/// In: VEHICLE_NAV, DVL, IMU, DEPTH, CONTROL. Out: NAV, VEHICLE_COMMAND, STATUS; with a link also
-/// the first four.
+/// In: VEHICLE_NAV, DVL, IMU, DEPTH, CONTROL; HAUV_BS_RNV_2, _CNV, _DVL_2, _IMU, _RDP of others'
+/// logs, told anew like what comes over a link. Out: NAV, VEHICLE_COMMAND, STATUS; with a link or
+/// those also the first four.
 class NavBridgeNode {
  public:
   /// `link` may be none.
@@ -60,6 +62,7 @@ class NavBridgeNode {
 
  private:
   void StepLink(Time now);
+  void Tell(const NavigationRecord& record);
   void Command(const VelocityCommand& command, Time answered);
   void OnVehicleNav(const vehicle_nav_t& message);
   template <class Message>
@@ -73,6 +76,8 @@ class NavBridgeNode {
   Endpoint endpoint_;
   std::unique_ptr<VehicleLink> link_;
   Stopwatch since_start_;
+  BluefinReader hauv_reader_;
+  std::int64_t refused_hauv_ = 0;
   VehicleNavTracker tracker_;
   DeadReckoner reckoner_;
   std::optional<Time> commanded_at_;  // While the vehicle moves on a command.

@@ -4,7 +4,6 @@
 #include <optional>
 
 #include "hardware/link/open_link.h"
-#include "hardware/nav_payload/bluefin_records.h"
 #include "hardware/nav_payload/can_records.h"
 #include "hardware/nav_payload/line_splitter.h"
 #include "hardware/nav_payload/time_of_day.h"
@@ -87,25 +86,26 @@ class CanVehicle final : public VehicleLink {
 /// be a moment later (GBP) and how far to turn until then (RBO), each time anew.
 class BluefinVehicle final : public VehicleLink {
  public:
-  BluefinVehicle(std::unique_ptr<ByteLink> link, const PressureOptions& pressure)
-      : link_(std::move(link)), pressure_(pressure) {}
+  BluefinVehicle(std::unique_ptr<ByteLink> link, const BluefinReader& reader)
+      : link_(std::move(link)), reader_(reader) {}
 
   std::vector<NavigationRecord> Step(Time steady, Time now) override {
     link_->Step(steady);
-    LogOn(steady);
-    if (!clock_) clock_.emplace(now);
+    LogOn(steady, now);
     std::vector<NavigationRecord> records;
     std::array<std::uint8_t, 4096> buffer{};
     for (ByteRead read = link_->Read(buffer); read.outcome == ReadOutcome::kData;
          read = link_->Read(buffer)) {
-      for (const std::string& line : lines_.Add({buffer.data(), read.size})) Hear(line, records);
+      for (const std::string& line : lines_.Add({buffer.data(), read.size}))
+        if (const auto record = Hear(line, now)) records.push_back(*record);
     }
     return records;
   }
 
   void Send(const VelocityCommand& command, Time answered) override {
-    if (!newest_) return;
-    const Pose3 X_OT = newest_->X_OB * MakePose(kBluefinLookahead_s * command.velocity_B_m_s);
+    if (!reader_.newest()) return;
+    const Pose3 X_OT =
+        reader_.newest()->X_OB * MakePose(kBluefinLookahead_s * command.velocity_B_m_s);
     const Vec3 p_NED = SwapNedEnu(X_OT.translation());
     const Duration time = TimeOfDay(answered);
     Write(GbpSentence{time, p_NED.x(), p_NED.y(), true, p_NED.z()});
@@ -120,8 +120,8 @@ class BluefinVehicle final : public VehicleLink {
 
  private:
   /// Asks for everything until something comes, and again when the line was opened again.
-  void LogOn(Time steady) {
-    if (heartbeat_.IsDue(steady)) Write(StsSentence{TimeOfDay(newest_time_), true, "vogmap"});
+  void LogOn(Time steady, Time now) {
+    if (heartbeat_.IsDue(steady)) Write(StsSentence{TimeOfDay(now), true, "vogmap"});
     if (link_->counters().reconnects != reconnects_) {
       reconnects_ = link_->counters().reconnects;
       has_heard_ = false;
@@ -130,42 +130,14 @@ class BluefinVehicle final : public VehicleLink {
     for (const char* wanted : {"ACK", "ALL"}) Write(LogSentence{wanted, true});
   }
 
-  void Hear(const std::string& line, std::vector<NavigationRecord>& records) {
+  std::optional<NavigationRecord> Hear(const std::string& line, Time now) {
     const auto parsed = ParseSentence(line);
     if (const auto* sentence = std::get_if<Sentence>(&parsed)) {
       has_heard_ = true;
-      std::visit([&](const auto& heard) { Take(heard, records); }, *sentence);
-    } else {
-      rejected_ += std::get<SentenceError>(parsed) != SentenceError::kUnknownId;
+      return reader_.Add(*sentence, now);
     }
-  }
-
-  Time Dated(Duration time_of_day) { return newest_time_ = clock_->ToTime(time_of_day); }
-
-  template <class Other>
-  void Take(const Other&, std::vector<NavigationRecord>&) {}
-  void Take(const NvrSentence& nvr, std::vector<NavigationRecord>&) { nav_.nvr = nvr; }
-  void Take(const RcmSentence& rcm, std::vector<NavigationRecord>&) { attitude_ = AttitudeOf(rcm); }
-  void Take(const RnvSentence& rnv, std::vector<NavigationRecord>&) {
-    nav_.rnv = rnv;
-    if (rnv.absolute) attitude_ = AttitudeOf(*rnv.absolute);
-  }
-  void Take(const CnvSentence& cnv, std::vector<NavigationRecord>& records) {
-    nav_.cnv = cnv;
-    const auto record = ToVehicleNavRecord(nav_, /*origin=*/0, sequence_);
-    if (!record) return;
-    ++sequence_;
-    newest_ = record;
-    records.emplace_back(*record);
-  }
-  void Take(const DvlSentence& dvl, std::vector<NavigationRecord>& records) {
-    records.emplace_back(ToDvlRecord(dvl, Dated(dvl.time), sequence_++));
-  }
-  void Take(const ImuSentence& imu, std::vector<NavigationRecord>& records) {
-    if (attitude_) records.emplace_back(ToImuRecord(imu, *attitude_, Dated(imu.time), sequence_++));
-  }
-  void Take(const RdpSentence& rdp, std::vector<NavigationRecord>& records) {
-    records.emplace_back(ToDepthRecord(rdp, pressure_, Dated(rdp.time), sequence_++));
+    rejected_ += std::get<SentenceError>(parsed) != SentenceError::kUnknownId;
+    return std::nullopt;
   }
 
   void Write(const Sentence& sentence) {
@@ -174,14 +146,9 @@ class BluefinVehicle final : public VehicleLink {
   }
 
   std::unique_ptr<ByteLink> link_;
-  PressureOptions pressure_;
+  BluefinReader reader_;
   LineSplitter lines_;
-  std::optional<TimeOfDayClock> clock_;
-  VehicleNavSentences nav_;
-  std::optional<NedAttitude> attitude_;
-  std::optional<VehicleNavRecord> newest_;
-  Time newest_time_;
-  std::int64_t sequence_ = 0, rejected_ = 0, reconnects_ = 0;
+  std::int64_t rejected_ = 0, reconnects_ = 0;
   bool has_heard_ = false;
   Periodic heartbeat_{kHeartbeatPeriod}, log_on_{kLogOnPeriod};
 };
@@ -193,14 +160,14 @@ std::unique_ptr<VehicleLink> MakeCanVehicle(std::unique_ptr<CanLink> link) {
 }
 
 std::unique_ptr<VehicleLink> MakeBluefinVehicle(std::unique_ptr<ByteLink> link,
-                                                const PressureOptions& pressure) {
-  return std::make_unique<BluefinVehicle>(std::move(link), pressure);
+                                                const BluefinReader& reader) {
+  return std::make_unique<BluefinVehicle>(std::move(link), reader);
 }
 
 std::unique_ptr<VehicleLink> OpenVehicleLink(const VehicleLinkOptions& options,
-                                             const PressureOptions& pressure) {
+                                             const BluefinReader& reader) {
   if (options.protocol == VehicleProtocol::kCan) return MakeCanVehicle(OpenCanLink({options.url}));
-  return MakeBluefinVehicle(OpenByteLink({options.url}), pressure);
+  return MakeBluefinVehicle(OpenByteLink({options.url}), reader);
 }
 
 }  // namespace vog

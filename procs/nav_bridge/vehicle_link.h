@@ -4,17 +4,14 @@
 #include <map>
 #include <memory>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "hardware/link/link.h"
-#include "hardware/nav_payload/pressure.h"
+#include "hardware/nav_payload/bluefin_reader.h"
 #include "hardware/nav_payload/vehicle_link_options.h"
 #include "lib/navigation/records.h"
 
 namespace vog {
-
-using NavigationRecord = std::variant<DvlRecord, ImuRecord, DepthRecord, VehicleNavRecord>;
 
 /// The vehicle at the other end of a wire.
 class VehicleLink {
@@ -35,12 +32,12 @@ class VehicleLink {
 
 /// A vehicle that speaks vogmap.dbc.
 std::unique_ptr<VehicleLink> MakeCanVehicle(std::unique_ptr<CanLink> link);
-/// A vehicle that speaks Bluefin's sentences.
+/// A vehicle that speaks Bluefin's sentences, read by a copy of `reader`.
 std::unique_ptr<VehicleLink> MakeBluefinVehicle(std::unique_ptr<ByteLink> link,
-                                                const PressureOptions& pressure);
+                                                const BluefinReader& reader);
 
 /// @throws UsageError for a bad URL, SystemError when another program has the line.
 std::unique_ptr<VehicleLink> OpenVehicleLink(const VehicleLinkOptions& options,
-                                             const PressureOptions& pressure);
+                                             const BluefinReader& reader);
 
 }  // namespace vog

@@ -26,7 +26,7 @@ Wire MakeWire(VehicleProtocol protocol) {
     return {MakeCanFrontSeat(std::move(a)), MakeCanVehicle(std::move(b))};
   }
   auto [a, b] = MakeLoopback();
-  return {MakeBluefinFrontSeat(std::move(a), {}), MakeBluefinVehicle(std::move(b), {})};
+  return {MakeBluefinFrontSeat(std::move(a), {}), MakeBluefinVehicle(std::move(b), {{}, {}})};
 }
 
 class WireTest : public testing::TestWithParam<VehicleProtocol> {

@@ -4,12 +4,14 @@
 
 #include "lib/bus/lcm_bus.h"
 #include "lib/messages/convert.h"
+#include "procs/sonar_reader/hauv_messages.h"
 
 namespace vog {
 namespace {
 
 constexpr Duration kLinkPeriod = std::chrono::milliseconds(5);
 constexpr std::size_t kLargestDatagram_bytes = 65536;
+constexpr const char* kHauvFrame = "HAUV_DIDSON_FRAME";
 
 }  // namespace
 
@@ -34,10 +36,12 @@ SonarReaderNode::SonarReaderNode(Bus& bus, const SonarReaderSettings& settings,
                       [this](Time, const sonar_frame_t& message) { OnFrame(message); });
   endpoint_.ReportStatus([this](auto& counters) {
     counters["other_beams"] = other_beams_;
+    counters["other_windows"] = other_windows_;
     if (link_) CountLink(counters);
     if (other_beams_ > 0) return "the sonar has another number of beams than sonar.beams";
     return std::exchange(has_told_scan_, false) ? "ok" : "no sonar";
   });
+  bus.Subscribe(kHauvFrame, [this](Time, Bytes bytes) { OnHauvFrame(bytes); });
   if (link_) bus.Every(kLinkPeriod, [this](Time) { StepLink(); });
 }
 
@@ -46,12 +50,24 @@ void SonarReaderNode::StepLink() {
   for (ByteRead read = link_->Read(datagram_); read.outcome == ReadOutcome::kData;
        read = link_->Read(datagram_)) {
     const auto whole = stream_.Add({datagram_.data(), read.size});
-    if (!whole) continue;
-    if (const auto frame = ToSonarFrame(*whole)) {
-      endpoint_.Publish(inputs::kSonarFrame, ToMessage(*frame), frame->time);
-    } else {
-      ++other_windows_;
-    }
+    if (whole) Tell(ToSonarFrame(*whole));
+  }
+}
+
+void SonarReaderNode::OnHauvFrame(Bytes bytes) {
+  const auto message = std::make_unique<hauv::didson_t>();  // 50 KB, not for the stack.
+  if (Decode(bytes, *message)) {
+    Tell(FromMessage(*message));
+  } else {
+    endpoint_.NoteMalformed();
+  }
+}
+
+void SonarReaderNode::Tell(const std::optional<SonarFrame>& frame) {
+  if (frame) {
+    endpoint_.Publish(inputs::kSonarFrame, ToMessage(*frame), frame->time);
+  } else {
+    ++other_windows_;
   }
 }
 
@@ -63,7 +79,6 @@ void SonarReaderNode::CountLink(std::map<std::string, std::int64_t>& counters) c
   counters["datagrams_lost"] = counted.lost;
   counters["datagrams_twice"] = counted.duplicated;
   counters["datagrams_malformed"] = counted.malformed;
-  counters["other_windows"] = other_windows_;
 }
 
 void SonarReaderNode::OnReturns(const sonar_returns_t& message) {

@@ -23,8 +23,8 @@ struct SonarReaderSettings {
 
 /// Turns what the sonar says into scans: finds the ranges in intensity frames, and decides which
 /// silent beams are sure. Frames that come over a link are told as messages, which a log keeps,
-/// before they are heard like those of others. In: SONAR_RETURNS, SONAR_FRAME. Out: SCAN, STATUS;
-/// with a link also SONAR_FRAME.
+/// before they are heard like those of others; so are those of HAUVs' logs. In: SONAR_RETURNS,
+/// SONAR_FRAME, HAUV_DIDSON_FRAME. Out: SCAN, STATUS; with a link or the latter also SONAR_FRAME.
 class SonarReaderNode {
  public:
   /// `link` may be none.
@@ -33,6 +33,8 @@ class SonarReaderNode {
 
  private:
   void StepLink();
+  void OnHauvFrame(Bytes bytes);
+  void Tell(const std::optional<SonarFrame>& frame);
   void CountLink(std::map<std::string, std::int64_t>& counters) const;
   void OnReturns(const sonar_returns_t& message);
   void OnFrame(const sonar_frame_t& message);

@@ -84,6 +84,7 @@ std::vector<Table> DescribeTables(const Config& config) {
   all.Add<VehicleLinkOptions>("vehicle_link");
   all.Add<SonarLinkOptions>("sonar_link");
   all.Add<PressureOptions>("pressure");
+  all.Add<DopplerOptions>("doppler");
   all.Add<VehicleLinkOptions>("sim_vehicle_link");
   all.Add<SonarLinkOptions>("sim_sonar_link");
   return all.tables();

@@ -5,7 +5,10 @@
 #include <gtest/gtest.h>
 #include <sys/ioctl.h>
 
+#include <fstream>
+
 #include "hardware/link/link_testing.h"
+#include "hardware/link/pty_link.h"
 #include "lib/base/errors.h"
 
 namespace vog {
@@ -114,6 +117,45 @@ TEST(SerialLinkTest, WhatWaitsIsBounded) {
   }));
   EXPECT_EQ(received, sent);
   EXPECT_EQ(dut.counters().bytes_out, sent);
+}
+
+TEST(PtyLinkTest, ItIsTheFarEndOfASerialLine) {
+  TestFolder folder;
+  const std::string name = folder.File("vehicle");
+  auto dut = std::make_unique<PtyLink>(name);
+  SerialLink reader(name, 115'200);
+  WriteText(*dut, AllBytes());
+  EXPECT_EQ(Gather(reader, 256), AllBytes());
+  WriteText(reader, AllBytes());
+  EXPECT_EQ(Gather(*dut, 256), AllBytes());
+  dut.reset();
+  EXPECT_FALSE(std::filesystem::is_symlink(name));
+  dut = std::make_unique<PtyLink>(name);
+  ASSERT_TRUE(StepUntil(reader, [&] { return reader.is_open(); }));
+  WriteText(*dut, "again");
+  EXPECT_EQ(Gather(reader, 5), "again");
+  EXPECT_EQ(reader.counters().reconnects, 1);
+}
+
+TEST(PtyLinkTest, WhatNobodyReadsIsLost) {
+  TestFolder folder;
+  PtyLink dut(folder.File("vehicle"));
+  for (int i = 0; i < 2000; ++i) WriteText(dut, AllBytes());
+  EXPECT_GT(dut.counters().dropped, 0);
+  SerialLink reader(folder.File("vehicle"), 115'200);
+  std::string old;
+  for (std::string text = ReadText(reader); !text.empty(); text = ReadText(reader)) old += text;
+  EXPECT_LT(old.size(), 20'000u) << "what the system holds";
+  WriteText(dut, "new");
+  EXPECT_EQ(Gather(reader, 3), "new");
+}
+
+TEST(PtyLinkTest, AFileInItsPlaceStays) {
+  TestFolder folder;
+  const std::string name = folder.File("file");
+  std::ofstream(name) << "precious";
+  EXPECT_THROW(PtyLink{name}, SystemError);
+  EXPECT_TRUE(std::filesystem::is_regular_file(name));
 }
 
 }  // namespace

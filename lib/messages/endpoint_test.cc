@@ -221,6 +221,20 @@ TEST_F(EndpointTest, NoFlippedBitOfAnArrayMessageDoesHarm) {
   EXPECT_GT(flip_all(status), 0);
 }
 
+// LCM's own decoder would copy two gigabytes from behind the message.
+TEST_F(EndpointTest, AStringWithoutEvenItsFinalZeroIsRefused) {
+  status_t status{};
+  status.process = "vog-slam";
+  const std::vector<std::uint8_t> good = Encode(status);
+  constexpr std::size_t kSenderLengthAt = 8 + 4 * 8;
+  for (const std::uint8_t first : {0x80, 0xff, 0x00}) {
+    std::vector<std::uint8_t> bytes = good;
+    std::fill_n(bytes.begin() + kSenderLengthAt, 4, std::uint8_t{0});
+    bytes[kSenderLengthAt] = first;
+    EXPECT_FALSE(Decode(bytes, status)) << int{first};
+  }
+}
+
 TEST_F(EndpointTest, AChannelIsSubscribedOnce) {
   EXPECT_THROW(receiver_.Subscribe(outputs::kNav, [](Time, const nav_t&) {}), std::logic_error);
 }

@@ -60,7 +60,8 @@ TEST_F(HauvMessagesTest, ALogsNavigationBecomesOurs) {
   ASSERT_EQ(said.size(), 20u);
   const OdometrySample nav = *FromMessage(said.back());
   EXPECT_EQ(ToUtime(nav.time), kStart_us + 1'900'000);
-  EXPECT_TRUE(nav.X_OB.translation().isApprox(Vec3(0, 0.38, -2), 1e-6)) << nav.X_OB.translation().transpose();
+  EXPECT_TRUE(nav.X_OB.translation().isApprox(Vec3(0, 0.38, -2), 1e-6))
+      << nav.X_OB.translation().transpose();
   const RollPitchYaw angles = AnglesOf(nav.X_OB);
   EXPECT_NEAR(angles.yaw, std::numbers::pi / 2, 1e-9) << "heading 0 is along y";
   EXPECT_NEAR(angles.roll, 0.01, 1e-9);

@@ -1,0 +1,152 @@
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "lib/base/random.h"
+#include "procs/sim/sim_node.h"
+#include "tools/mission/lock_step.h"
+#include "tools/mission/mission.h"
+
+namespace vog {
+namespace {
+
+// Damaged messages at every handler of every process: nothing may crash, hang or grow.
+
+struct Recorded {
+  std::string channel;
+  std::vector<std::uint8_t> bytes;
+};
+
+Config SmallMission() {
+  Config config = LoadMission(std::string(VOG_SOURCE_DIR) + "/config/mission/propeller.toml", {});
+  for (const char* setting :
+       {"submap.scans_per_submap=8", "sonar.beams=12", "mission.max_submaps=3",
+        "planner.tree_nodes=5", "bus.run_id=7", "submap.voxel_size_m=0.2"})
+    config.Set(setting);
+  return config;
+}
+
+class HandlersFuzzTest : public testing::Test {
+ protected:
+  HandlersFuzzTest() {
+    folder_ = std::filesystem::path(testing::TempDir()) / "vog_handlers_fuzz";
+    std::filesystem::remove_all(folder_);
+  }
+  ~HandlersFuzzTest() override { std::filesystem::remove_all(folder_); }
+
+  /// What a short mission says, the same number of each channel at most.
+  std::vector<Recorded> FlyAndRecord() {
+    std::vector<Recorded> recorded;
+    std::map<std::string, int> counts;
+    const Config config = SmallMission();
+    LockStepSystem system(config, (folder_ / "flown").string(),
+                          [&](Time, const std::string& channel, Bytes bytes) {
+                            constexpr int kMost = 40;
+                            if (counts[channel]++ < kMost)
+                              recorded.push_back({channel, {bytes.begin(), bytes.end()}});
+                          });
+    SimNode sim(system.bus().AddNode("vog-sim"), SimSettings::From(config));
+    while (!system.progress().is_complete && sim.next_due() < Time(std::chrono::seconds(60))) {
+      system.bus().RunUntil(sim.next_due());
+      sim.AdvanceTo(sim.next_due());
+    }
+    return recorded;
+  }
+
+  static std::int64_t ResidentBytes() {
+    std::int64_t pages = 0;
+    std::ifstream statm("/proc/self/statm");
+    statm >> pages >> pages;
+    return pages * ::sysconf(_SC_PAGESIZE);
+  }
+
+  std::filesystem::path folder_;
+};
+
+std::size_t Place(Random& random, std::size_t size) {
+  return static_cast<std::size_t>(random.Index(static_cast<int>(size)));
+}
+
+void FlipBits(std::vector<std::uint8_t>& bytes, Random& random) {
+  for (int i = random.Index(8); i >= 0; --i)
+    bytes[Place(random, bytes.size())] ^= static_cast<std::uint8_t>(1 << random.Index(8));
+}
+
+/// Writes a number that programs stumble over into eight bytes, or four.
+void PutExtreme(std::vector<std::uint8_t>& bytes, Random& random) {
+  constexpr std::uint64_t kExtremes[] = {0,
+                                         ~0ull,
+                                         0x7fffffffffffffff,
+                                         0x8000000000000000,
+                                         0x7ff0000000000000,
+                                         0x7ff8000000000000,
+                                         0xffefffffffffffff,
+                                         0x3ff0000000000000,
+                                         0x7fefffffffffffff,
+                                         0x0000000100000000};
+  const std::uint64_t value = kExtremes[random.Index(10)];
+  const std::size_t size = random.Chance(0.5) ? 8 : 4;
+  if (bytes.size() < size) return;
+  const std::size_t at = Place(random, bytes.size() - size + 1);
+  for (std::size_t i = 0; i < size; ++i)
+    bytes[at + i] = static_cast<std::uint8_t>(value >> (8 * (7 - i)));
+}
+
+std::vector<std::uint8_t> Damaged(const std::vector<Recorded>& recorded, std::size_t which,
+                                  Random& random) {
+  std::vector<std::uint8_t> bytes = recorded[which].bytes;
+  if (bytes.empty()) return bytes;
+  switch (random.Index(5)) {
+    case 0:
+      FlipBits(bytes, random);
+      break;
+    case 1:
+      bytes.resize(Place(random, bytes.size()));
+      break;
+    case 2:
+      for (int i = 0; i < 3; ++i) PutExtreme(bytes, random);
+      break;
+    case 3: {  // The end of another message.
+      const auto& other = recorded[Place(random, recorded.size())].bytes;
+      const std::size_t keep = Place(random, bytes.size());
+      bytes.resize(keep);
+      if (keep < other.size())
+        bytes.insert(bytes.end(), other.begin() + static_cast<std::ptrdiff_t>(keep), other.end());
+      break;
+    }
+    default:
+      break;  // Whole, but at a moment of its own.
+  }
+  return bytes;
+}
+
+TEST_F(HandlersFuzzTest, DamagedMessagesDoNoHarm) {
+  const char* wanted = std::getenv("VOG_FUZZ_INPUTS");
+  const int inputs = wanted != nullptr ? std::atoi(wanted) : 3000;
+  const std::vector<Recorded> recorded = FlyAndRecord();
+  ASSERT_GT(recorded.size(), 200u);
+  std::int64_t statuses = 0;
+  const Config config = SmallMission();
+  auto system = std::make_unique<LockStepSystem>(
+      config, (folder_ / "fuzzed").string(),
+      [&](Time, const std::string& channel, Bytes) { statuses += channel == "STATUS"; });
+  const std::int64_t resident_before = ResidentBytes();
+  for (int input = 0; input < inputs; ++input) {
+    Random random(1, "fuzz", static_cast<std::uint64_t>(input));
+    const std::size_t which = Place(random, recorded.size());
+    QueueBus& bus = system->bus();
+    bus.PublishAt(bus.now(), recorded[which].channel, Damaged(recorded, which, random));
+    bus.RunUntil(bus.now() + std::chrono::milliseconds(20));
+  }
+  EXPECT_LT(ResidentBytes() - resident_before, 400'000'000);
+  // All six still tell that they live, once a second.
+  const std::int64_t before = statuses;
+  system->bus().RunUntil(system->bus().now() + std::chrono::seconds(3));
+  EXPECT_GE(statuses - before, 3 * 6);
+}
+
+}  // namespace
+}  // namespace vog

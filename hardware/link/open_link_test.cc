@@ -1,7 +1,6 @@
 #include "hardware/link/open_link.h"
 
 #include <gtest/gtest.h>
-#include <sys/socket.h>
 
 #include <fstream>
 
@@ -9,7 +8,6 @@
 #include "hardware/link/link_testing.h"
 #include "hardware/link/loopback_links.h"
 #include "hardware/link/recorded_links.h"
-#include "hardware/link/socket_can_link.h"
 #include "lib/base/errors.h"
 
 namespace vog {
@@ -127,69 +125,6 @@ TEST(OpenLinkTest, RefusesAllElseOnOneLine) {
 TEST(OpenLinkTest, OptionsAreReadFromAConfiguration) {
   const Config config = Config::Parse("[dvl]\nurl = \"udp:5000\"\n", "test");
   EXPECT_EQ(config.Read<LinkOptions>("dvl").url, "udp:5000");
-}
-
-/// CAN on the kernel's virtual interface vcan0, where the machine has it.
-class SocketCanLinkTest : public testing::Test {
- protected:
-  void SetUp() override {
-    const UniqueFd fd(socket(PF_CAN, SOCK_RAW, 0));
-    if (!fd.is_open() && errno == EAFNOSUPPORT) GTEST_SKIP() << "the kernel has no CAN";
-    if (!std::filesystem::exists("/sys/class/net/vcan0")) GTEST_SKIP() << "there is no vcan0";
-  }
-
-  static void Connect(SocketCanLink& link) {
-    ASSERT_TRUE(StepUntil(link, [&] { return link.fd() >= 0; }));
-  }
-  static CanRead ReadSoon(SocketCanLink& link) {
-    CanRead read;
-    StepUntil(link, [&] { return (read = link.Read()).outcome == ReadOutcome::kData; });
-    return read;
-  }
-};
-
-TEST_F(SocketCanLinkTest, FramesOfAllKindsPass) {
-  SocketCanLink a("vcan0", {}), b("vcan0", {});
-  Connect(a);
-  Connect(b);
-  CanFrame extended = FrameOf(0x12345678, 5), remote = FrameOf(0x123, 0), fd = FrameOf(0x321, 48);
-  extended.extended = true;
-  remote.remote = true;
-  remote.size = 4;
-  fd.fd = true;
-  fd.fd_flags = 1;
-  for (const CanFrame& frame : {FrameOf(0x7FF, 8), extended, remote, fd}) {
-    a.Write(frame);
-    CanFrame received = ReadSoon(b).frame;
-    EXPECT_GT(ToUtime(received.time), 0);
-    received.time = {};
-    EXPECT_EQ(received, frame);
-  }
-}
-
-TEST_F(SocketCanLinkTest, FiltersKeepOthersOut) {
-  SocketCanLink a("vcan0", {}), b("vcan0", {{0x110, 0x7F0, false}});
-  Connect(a);
-  Connect(b);
-  a.Write(FrameOf(0x200, 1));
-  a.Write(FrameOf(0x115, 2));
-  EXPECT_EQ(ReadSoon(b).frame.id, 0x115u);
-  EXPECT_EQ(b.Read().outcome, ReadOutcome::kNothing);
-}
-
-TEST_F(SocketCanLinkTest, AnInterfaceThatIsNotThereIsAwaited) {
-  SocketCanLink dut("vcan_none", {});
-  StepUntil(dut, [steps = 0]() mutable { return ++steps > 20; });
-  EXPECT_EQ(dut.fd(), -1);
-  EXPECT_EQ(dut.Read().outcome, ReadOutcome::kClosed);
-  dut.Write(FrameOf(1, 1));
-  EXPECT_EQ(dut.counters().dropped, 1);
-}
-
-TEST(SocketCanLinkWithoutCanTest, IsRefusedWithAReason) {
-  if (UniqueFd(socket(PF_CAN, SOCK_RAW, 0)).is_open() || errno != EAFNOSUPPORT)
-    GTEST_SKIP() << "the kernel has CAN";
-  EXPECT_THROW(SocketCanLink("vcan0", {}), SystemError);
 }
 
 }  // namespace

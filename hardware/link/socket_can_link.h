@@ -18,7 +18,8 @@ struct CanFilter {
 
 /// A CAN interface of Linux (AF_CAN, raw), classic and FD. Error frames come as frames with
 /// `error`; times are the kernel's. An interface that is down, gone or off the bus closes the link,
-/// which opens again when the interface is up. At most kMaxWaiting frames wait to be sent.
+/// which opens again when the interface is up. At most kMaxWaiting frames wait to be sent; error
+/// frames and those that the interface cannot send (FD where it is classic) are dropped.
 class SocketCanLink : public CanLink {
  public:
   static constexpr std::size_t kMaxWaiting = 256;

@@ -12,6 +12,12 @@
 namespace vog {
 namespace {
 
+void CountLink(const Link& link, std::map<std::string, std::int64_t>& counters) {
+  counters["link_reconnects"] = link.counters().reconnects;
+  counters["link_dropped"] = link.counters().dropped;
+  counters["link_errors"] = link.counters().errors;
+}
+
 /// Speaks vogmap.dbc.
 class CanFrontSeat final : public FrontSeat {
  public:
@@ -37,8 +43,7 @@ class CanFrontSeat final : public FrontSeat {
   }
 
   void Count(std::map<std::string, std::int64_t>& counters) const override {
-    counters["link_dropped"] = link_->counters().dropped;
-    counters["link_errors"] = link_->counters().errors;
+    CountLink(*link_, counters);
     counters["rejected_frames"] = reader_.rejected_frames();
     counters["lost_commands"] = reader_.lost_records();
   }
@@ -92,8 +97,7 @@ class BluefinFrontSeat final : public FrontSeat {
   }
 
   void Count(std::map<std::string, std::int64_t>& counters) const override {
-    counters["link_dropped"] = link_->counters().dropped;
-    counters["link_errors"] = link_->counters().errors;
+    CountLink(*link_, counters);
     counters["rejected_sentences"] = rejected_;
   }
 

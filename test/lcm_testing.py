@@ -53,3 +53,28 @@ class Listener:
             if packet[:4] == struct.pack(">I", SHORT_MESSAGE) and name.decode() == channel:
                 return content
         return None
+
+
+LOG_SYNC = 0xEDA1DA01
+
+
+def write_log(file, events):
+    """A log of (time [s], channel, message)."""
+    with open(file, "wb") as log:
+        for number, (time_s, channel, message) in enumerate(events):
+            content = message.encode()
+            log.write(struct.pack(">IQQII", LOG_SYNC, number, round(1e6 * time_s), len(channel),
+                                  len(content)) + channel.encode() + content)
+
+
+def read_log(file):
+    """Its events: (time [s], channel, bytes)."""
+    content, at, events = file.read_bytes(), 0, []
+    while at + 28 <= len(content):
+        sync, _, utime_us, name_size, size = struct.unpack_from(">IQQII", content, at)
+        assert sync == LOG_SYNC
+        at += 28
+        name, data = content[at:at + name_size], content[at + name_size:at + name_size + size]
+        at += name_size + size
+        events.append((1e-6 * utime_us, name.decode(), data))
+    return events

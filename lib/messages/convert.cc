@@ -1,5 +1,6 @@
 #include "lib/messages/convert.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -25,6 +26,21 @@ bool AllFinite(const Numbers& numbers) {
                      [](auto number) { return std::isfinite(number); });
 }
 
+/// Finite, symmetric, without a negative variance in any direction but for rounding, and with none
+/// that no vehicle can have.
+template <int N>
+bool IsCovariance(const double (&numbers)[N * N]) {
+  if (!AllFinite(numbers)) return false;
+  const Eigen::Matrix<double, N, N> matrix = MatrixFrom<N>(numbers);
+  constexpr double kLargest = 1e8, kRounding = 1e-14;  // (10 km)^2.
+  const double scale = matrix.cwiseAbs().maxCoeff();
+  if (scale > kLargest) return false;
+  if ((matrix - matrix.transpose()).cwiseAbs().maxCoeff() > 1e-9 * scale) return false;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, N, N>> eigen(matrix,
+                                                                         Eigen::EigenvaluesOnly);
+  return eigen.eigenvalues().minCoeff() >= -kRounding * scale;
+}
+
 odometry_sample_t ToSampleMessage(const OdometrySample& sample) {
   odometry_sample_t message{};
   message.utime_us = ToUtime(sample.time);
@@ -37,7 +53,7 @@ odometry_sample_t ToSampleMessage(const OdometrySample& sample) {
 
 std::optional<OdometrySample> FromSampleMessage(const odometry_sample_t& message) {
   const auto X_OB = FromMessage(message.X_OB);
-  if (!X_OB || !AllFinite(message.covariance_xyyaw)) return std::nullopt;
+  if (!X_OB || !IsCovariance<3>(message.covariance_xyyaw)) return std::nullopt;
   OdometrySample sample;
   sample.time = FromUtime(message.utime_us);
   sample.origin = message.origin;
@@ -225,7 +241,7 @@ nav_t ToMessage(const OdometrySample& sample) {
 
 std::optional<OdometrySample> FromMessage(const nav_t& message) {
   const auto X_OB = FromMessage(message.X_OB);
-  if (!X_OB || !AllFinite(message.covariance_xyyaw) || !AllFinite(message.velocity_B_m_s) ||
+  if (!X_OB || !IsCovariance<3>(message.covariance_xyyaw) || !AllFinite(message.velocity_B_m_s) ||
       !std::isfinite(message.yaw_rate_rad_s))
     return std::nullopt;
   return OdometrySample{TimeOf(message.header),
@@ -296,7 +312,7 @@ submap_base_t ToMessage(const SubmapBase& base) {
 std::optional<SubmapBase> FromMessage(const submap_base_t& message) {
   const auto odometry = FromSampleMessage(message.odometry);
   const auto edge_X_PM = FromMessage(message.edge_X_PM);
-  if (message.submap_id < 0 || !odometry || !edge_X_PM || !AllFinite(message.edge_covariance))
+  if (message.submap_id < 0 || !odometry || !edge_X_PM || !IsCovariance<6>(message.edge_covariance))
     return std::nullopt;
   return SubmapBase{
       message.submap_id, *odometry, {*edge_X_PM, MatrixFrom<6>(message.edge_covariance)}};
@@ -325,7 +341,8 @@ std::optional<SubmapPtr> FromMessage(const submap_t& message) {
   if (!bytes) return std::nullopt;
   auto grid = FromOctreeBytes(*bytes);
   const auto X_ML = FromMessage(message.X_ML);
-  if (!base || !X_ML || !AllFinite(message.drift_xyyaw) || !std::holds_alternative<BrickGrid>(grid))
+  if (!base || !X_ML || !IsCovariance<3>(message.drift_xyyaw) ||
+      !std::holds_alternative<BrickGrid>(grid))
     return std::nullopt;
   return std::make_shared<Submap>(Submap{.base = *base,
                                          .first_scan = FromUtime(message.first_utime_us),

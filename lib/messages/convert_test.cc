@@ -54,7 +54,9 @@ OdometrySample SomeOdometry(Random& random) {
   OdometrySample sample;
   sample.origin = 17;
   sample.X_OB = RandomPose(100, random);
-  sample.covariance = Mat3::NullaryExpr([&] { return random.Uniform(-1, 1); });  // Not symmetric.
+  const Mat3 root = Mat3::NullaryExpr([&] { return random.Uniform(-1, 1); });
+  const Mat3 covariance = root * root.transpose();
+  sample.covariance = covariance.selfadjointView<Eigen::Lower>();
   sample.velocity_B_m_s = RandomPoint(1, random);
   sample.yaw_rate_rad_s = 0.25;
   return sample;
@@ -158,6 +160,23 @@ TEST(ConvertTest, NumbersThatAreNotFiniteAreRefused) {
   EXPECT_TRUE(NeedsFinite(imu, [](auto& m) -> double& { return m.roll_rad; }));
   EXPECT_TRUE(NeedsFinite(imu, [](auto& m) -> double& { return m.pitch_rad; }));
   EXPECT_TRUE(NeedsFinite(ToMessage(DepthRecord{}), [](auto& m) -> double& { return m.depth_m; }));
+}
+
+TEST(ConvertTest, WhatIsNoCovarianceIsRefused) {
+  const auto survives = [](const Mat3& covariance) {
+    OdometrySample sample;
+    sample.covariance = covariance;
+    return FromMessage(ToMessage(sample)).has_value();
+  };
+  EXPECT_TRUE(survives(Mat3::Zero()));
+  EXPECT_TRUE(survives(Vec3(4, 1e-9, 0).asDiagonal()));
+  EXPECT_FALSE(survives(Vec3(1, 1, -1e-9).asDiagonal()));
+  EXPECT_FALSE(survives(Vec3(1, 1, 1e9).asDiagonal())) << "no vehicle is so far off";
+  Mat3 covariance = Mat3::Identity();
+  covariance(0, 1) = 0.5;
+  EXPECT_FALSE(survives(covariance)) << "not symmetric";
+  covariance(0, 1) = covariance(1, 0) = 1.1;
+  EXPECT_FALSE(survives(covariance)) << "a negative variance in between";
 }
 
 TEST(ConvertTest, SonarDataSurvive) {

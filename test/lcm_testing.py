@@ -21,6 +21,11 @@ def import_types(folder):
     return importlib.import_module("vog")
 
 
+def port_of(url):
+    """Of an LCM address such as udpm://239.255.76.67:7667?ttl=0."""
+    return int(url.rsplit(":", 1)[1].split("?")[0])
+
+
 class Listener:
     """Says and hears short messages on one port of this machine."""
 

@@ -3,41 +3,16 @@
 import os
 import shutil
 import signal
-import socket
 import subprocess
 import time
 import unittest
 
-from vog_testing import BIN, INPUTS, IS_SANITIZED, TIMEOUT_S, VogTest, config, vog
+from vog_testing import (BIN, INPUTS, IS_SANITIZED, TIMEOUT_S, VogTest, children_of, config,
+                         free_url, vog)
 
 PROGRAMS = ("vog-planner", "vog-controller", "vog-slam", "vog-map-service", "vog-sonar-reader",
             "vog-nav-bridge")
 SPEED = 5 if IS_SANITIZED else 15
-
-
-def free_url():
-    """An LCM address that no other test uses."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("", 0))
-        return f"udpm://239.255.76.67:{probe.getsockname()[1]}?ttl=0"
-
-
-def children_of(pid):
-    """Running children: name -> pid."""
-    found = {}
-    for entry in os.listdir("/proc"):
-        if not entry.isdigit():
-            continue
-        try:
-            with open(f"/proc/{entry}/stat") as stat:
-                fields = stat.read().rsplit(")", 1)[1].split()
-            with open(f"/proc/{entry}/cmdline", "rb") as command:
-                name = os.path.basename(command.read().split(b"\0")[0].decode())
-        except (OSError, IndexError):
-            continue
-        if int(fields[1]) == pid and fields[0] != "Z":
-            found[name] = int(entry)
-    return found
 
 
 class LiveTest(VogTest):

@@ -4,6 +4,7 @@ import json
 import os
 import pathlib
 import shutil
+import socket
 import subprocess
 import tempfile
 import unittest
@@ -30,6 +31,31 @@ def contents(folder):
     """All files below `folder`: name -> bytes."""
     return {file.relative_to(folder).as_posix(): file.read_bytes()
             for file in sorted(pathlib.Path(folder).rglob("*")) if file.is_file()}
+
+
+def free_url():
+    """An LCM address that no other test uses."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("", 0))
+        return f"udpm://239.255.76.67:{probe.getsockname()[1]}?ttl=0"
+
+
+def children_of(pid):
+    """Running children: name -> pid."""
+    found = {}
+    for entry in os.listdir("/proc"):
+        if not entry.isdigit():
+            continue
+        try:
+            with open(f"/proc/{entry}/stat") as stat:
+                fields = stat.read().rsplit(")", 1)[1].split()
+            with open(f"/proc/{entry}/cmdline", "rb") as command:
+                name = os.path.basename(command.read().split(b"\0")[0].decode())
+        except (OSError, IndexError):
+            continue
+        if int(fields[1]) == pid and fields[0] != "Z":
+            found[name] = int(entry)
+    return found
 
 
 class VogTest(unittest.TestCase):

@@ -36,8 +36,10 @@ struct ExecArguments {
   ::setpgid(0, 0);
   ::prctl(PR_SET_PDEATHSIG, SIGTERM);
   if (::getppid() != parent) ::_exit(127);  // It died before it could be watched.
+  ::dup2(::open("/dev/null", O_RDONLY), STDIN_FILENO);
   ::dup2(output, STDOUT_FILENO);
   ::dup2(output, STDERR_FILENO);
+  ::close_range(STDERR_FILENO + 1, ~0U, 0);  // LCM's sockets would fill and never be read.
   ::execve(program, arguments.argv.data(), arguments.envp.data());
   ::_exit(127);
 }
@@ -87,8 +89,14 @@ ChildProcess& ChildProcess::operator=(ChildProcess&& other) noexcept {
 }
 
 std::optional<int> ChildProcess::Ended() {
+  siginfo_t info{};
+  if (status_ ||
+      ::waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOHANG | WNOWAIT) != 0 ||
+      info.si_pid != pid_)
+    return status_;
+  ::kill(-pid_, SIGKILL);  // While its number is still its own: what it has started and left.
   int status = 0;
-  if (!status_ && ::waitpid(pid_, &status, WNOHANG) == pid_) status_ = status;
+  if (::waitpid(pid_, &status, 0) == pid_) status_ = status;
   return status_;
 }
 

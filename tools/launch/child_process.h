@@ -16,7 +16,8 @@ struct ChildCommand {
   std::vector<std::string> environment;  ///< NAME=value, besides this process's own.
 };
 
-/// A program that runs beside this one. It dies with this process, however that ends; Ctrl-C
+/// A program that runs beside this one, without input. It dies with this process, however that
+/// ends, and what it has started and not released into a session of its own dies with it. Ctrl-C
 /// reaches this process alone.
 class ChildProcess {
  public:

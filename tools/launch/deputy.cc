@@ -19,12 +19,6 @@ constexpr Duration kOldestOrders = std::chrono::seconds(60);
 constexpr std::size_t kMostPrinted_bytes = 200'000;
 constexpr std::size_t kMostInMessage_bytes = 30'000;
 
-/// Names become file names.
-bool IsFileName(const std::string& name) {
-  return !name.empty() && name != "." && name != ".." && name.find('/') == std::string::npos &&
-         name.find('\0') == std::string::npos;
-}
-
 }  // namespace
 
 Deputy::Deputy(Bus& bus, DeputyOptions options)
@@ -46,6 +40,12 @@ Deputy::Deputy(Bus& bus, DeputyOptions options)
 bool Deputy::IsAnyRunning() const {
   return std::any_of(commands_.begin(), commands_.end(),
                      [](const auto& entry) { return entry.second->command.IsRunning(); });
+}
+
+void Deputy::StopAll() {
+  is_over_ = true;
+  for (auto& [id, managed] : commands_) managed->is_ordered = false;
+  StopUnordered();
 }
 
 void Deputy::Tick(Time now) {
@@ -88,34 +88,48 @@ void Deputy::OnDiscovery(Time now, const bot_procman::discovery_t& message) {
 }
 
 void Deputy::OnOrders(Time now, const bot_procman::orders2_t& orders) {
-  if (!is_ready_ || orders.host != options_.host || now - FromUtime(orders.utime) > kOldestOrders)
+  if (!is_ready_ || is_over_ || orders.host != options_.host ||
+      FromUtime(orders.utime) < now - kOldestOrders)
     return;
   for (auto& [id, managed] : commands_) managed->is_ordered = false;
-  for (const auto& order : orders.cmds)
-    if (IsFileName(order.cmd.command_name)) Obey(order);
+  for (const auto& order : orders.cmds) {
+    try {
+      if (IsCommandName(order.cmd.command_name)) Obey(order);
+    } catch (const SystemError& error) {
+      Print(order.sheriff_id, order.cmd.command_name + ": " + error.what() + "\n", now);
+    }
+  }
+  StopUnordered();
+}
+
+void Deputy::StopUnordered() {
   for (auto& [id, managed] : commands_)
     if (!managed->is_ordered) managed->command.Order(managed->command.spec(), 0, true);
 }
 
 void Deputy::Obey(const bot_procman::sheriff_cmd2_t& order) {
   const CommandSpec spec = procman::FromMessage(order.cmd);
-  auto& managed = commands_[order.sheriff_id];
-  if (!managed || managed->command.spec().name != spec.name)
-    managed = std::make_unique<Managed>(spec, options_);
-  managed->is_ordered = true;
-  managed->command.Order(spec, order.desired_runid, order.force_quit != 0);
+  auto found = commands_.find(order.sheriff_id);
+  if (found == commands_.end())
+    found = commands_.emplace(order.sheriff_id, std::make_unique<Managed>(spec, options_)).first;
+  Managed& managed = *found->second;
+  // Another sheriff's numbers: what runs under this one is stopped first. Orders come again.
+  if (managed.command.spec().name != spec.name) return;
+  managed.is_ordered = true;
+  managed.command.Order(spec, order.desired_runid, order.force_quit != 0);
 }
 
 void Deputy::Step(std::int32_t id, Managed& managed, Time now) {
-  const int pid = managed.command.pid();
+  const int pid = managed.command.pid(), run = managed.command.actual_run();
   Print(id, managed.command.Step(now), now);
-  if (managed.command.pid() == pid) return;
+  if (managed.command.pid() == pid && managed.command.actual_run() == run) return;
   has_changed_ = true;
   managed.cpu_s = 0;
   managed.cpu_usage = 0;
 }
 
-void Deputy::Print(std::int32_t id, const std::string& text, Time now) {
+void Deputy::Print(std::int32_t id, std::string text, Time now) {
+  std::replace(text.begin(), text.end(), '\0', ' ');  // Which ends a string of LCM.
   for (std::size_t from = 0; from < text.size() && may_print_bytes_ > 0;) {
     const std::size_t size = std::min({text.size() - from, kMostInMessage_bytes, may_print_bytes_});
     bus_.Publish(procman::kPrintf.name, Encode(bot_procman::printf_t{ToUtime(now), options_.host,
@@ -154,6 +168,7 @@ void Deputy::PublishInfo(Time now) {
     const SupervisedCommand& command = managed->command;
     bot_procman::deputy_cmd2_t told{};
     told.cmd = procman::ToMessage(command.spec());
+    if (!command.given_up().empty()) procman::SetGivenUp(told.cmd, command.given_up());
     told.pid = command.pid();
     told.actual_runid = command.actual_run();
     told.exit_code = command.exit_status();

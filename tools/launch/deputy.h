@@ -32,6 +32,8 @@ class Deputy {
   bool HasRival() const { return has_rival_; }
 
   bool IsAnyRunning() const;
+  /// Stops all that runs; from now on orders are ignored.
+  void StopAll();
 
  private:
   struct Managed {
@@ -48,9 +50,10 @@ class Deputy {
   void LookAround(Time now);
   void OnDiscovery(Time now, const bot_procman::discovery_t& message);
   void OnOrders(Time now, const bot_procman::orders2_t& orders);
+  void StopUnordered();
   void Obey(const bot_procman::sheriff_cmd2_t& order);
   void Step(std::int32_t id, Managed& managed, Time now);
-  void Print(std::int32_t id, const std::string& text, Time now);
+  void Print(std::int32_t id, std::string text, Time now);
   void MeasureUsage(Time now);
   void PublishInfo(Time now);
   void PublishDiscovery(Time now);
@@ -59,7 +62,7 @@ class Deputy {
   DeputyOptions options_;
   std::int64_t nonce_;
   std::map<std::int32_t, std::unique_ptr<Managed>> commands_;  // By the sheriff's number.
-  bool is_ready_ = false, has_rival_ = false, has_changed_ = false;
+  bool is_ready_ = false, has_rival_ = false, has_changed_ = false, is_over_ = false;
   Time began_, last_discovery_, last_info_;
   MachineUsage machine_;
   float cpu_load_ = 0;

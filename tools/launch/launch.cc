@@ -17,7 +17,7 @@ namespace vog {
 namespace {
 
 constexpr Duration kStep = std::chrono::milliseconds(20);
-// For each command the time that its stop is allowed, and this for all else.
+// For commands on other machines, whose deputies may be dead; and again for those here.
 constexpr double kMaxStop_s = 60;
 
 std::string HostName() {
@@ -48,10 +48,8 @@ Script FirstScript(const PmdFile& file, const std::string& name) {
 /// A deputy and maybe a sheriff on one bus.
 class Launcher {
  public:
-  Launcher(const LaunchOptions& options, std::optional<PmdFile> file)
-      : options_(options), bus_(At(options.url)), deputy_(bus_, Of(options)) {
-    if (file) sheriff_.emplace(bus_, std::move(*file), Of(options).host);
-  }
+  explicit Launcher(const LaunchOptions& options)
+      : options_(options), bus_(At(options.url)), deputy_(bus_, Of(options)) {}
 
   void WaitUntilAlone(const std::atomic<bool>& stop) {
     while (!deputy_.IsReady() && !stop) Step();
@@ -60,11 +58,16 @@ class Launcher {
                         "\" runs already; stop it, or choose another name with --deputy");
   }
 
-  void Start(const Script& script, const std::atomic<bool>& stop) {
+  /// @pre it is alone: another deputy of its name would take the orders for its own.
+  void Start(const PmdFile& file, const Script& script, const std::atomic<bool>& stop) {
+    sheriff_.emplace(bus_, file, Of(options_).host);
     sheriff_->Run(script);
     const Stopwatch waited;
     while (!sheriff_->IsIdle() && !stop) {
       Step();
+      const std::string reason = sheriff_->hopeless();
+      if (!reason.empty())
+        throw SystemError(reason + "; output is in " + options_.output_folder.string());
       if (waited.seconds() > options_.ready_timeout_s)
         throw SystemError("gave up waiting for " + sheriff_->waits_for() + "; output is in " +
                           options_.output_folder.string());
@@ -74,9 +77,10 @@ class Launcher {
   void StopAll() {
     if (sheriff_) sheriff_->StopInOrder();
     const Stopwatch waited;
-    while (sheriff_ && !(sheriff_->IsIdle() && !deputy_.IsAnyRunning()) &&
-           waited.seconds() < kMaxStop_s)
-      Step();
+    while (sheriff_ && !sheriff_->IsIdle() && waited.seconds() < kMaxStop_s) Step();
+    deputy_.StopAll();
+    const Stopwatch stopping;
+    while (deputy_.IsAnyRunning() && stopping.seconds() < kMaxStop_s) Step();
   }
 
   void Step() {
@@ -113,10 +117,10 @@ void Launch(const LaunchOptions& options) {
     SetVariables(options);
   }
   const std::atomic<bool>& stop = StopSignal();
-  Launcher launcher(options, file);
+  Launcher launcher(options);
   launcher.WaitUntilAlone(stop);
   try {
-    if (script) launcher.Start(*script, stop);
+    if (script && !stop) launcher.Start(*file, *script, stop);
     if (!stop) LogLine("all is started; Ctrl-C stops it");
     while (!stop) launcher.Step();
   } catch (const SystemError&) {

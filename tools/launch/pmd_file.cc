@@ -4,6 +4,8 @@
 #include <cctype>
 #include <charconv>
 #include <functional>
+#include <limits>
+#include <map>
 #include <set>
 
 #include "lib/base/errors.h"
@@ -11,6 +13,9 @@
 
 namespace vog {
 namespace {
+
+constexpr std::size_t kMaxNesting = 32;  // Of groups in groups, and scripts in scripts.
+constexpr std::size_t kMaxActions = 10'000;
 
 enum class TokenKind { kWord, kNumber, kString, kSymbol, kEnd };
 struct Token {
@@ -154,22 +159,24 @@ class Parser {
   std::string Name(const std::string& what) {
     const int line = token_.line;
     std::string name = String(what + " in quotes");
-    if (name.empty() || name.find('/') != std::string::npos)
-      lexer_.Fail(line, what + " must not be empty or hold a '/': \"" + name + '"');
+    if (!IsCommandName(name))
+      lexer_.Fail(line,
+                  what + " must be one of a file, not empty and without a '/': \"" + name + '"');
     return name;
   }
-  int Number(const std::string& what, int least) {
+  int Number(const std::string& what, int least, int most = std::numeric_limits<int>::max()) {
     const int line = token_.line;
     const std::string text = Of(TokenKind::kNumber, what);
     int number = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-    if (error != std::errc() || number < least)
-      lexer_.Fail(line,
-                  what + " must be an integer from " + std::to_string(least) + ", not " + text);
+    if (error != std::errc() || number < least || number > most)
+      lexer_.Fail(line, what + " must be an integer from " + std::to_string(least) + " to " +
+                            std::to_string(most) + ", not " + text);
     return number;
   }
 
-  void Group(const std::string& parent) {
+  void Group(const std::string& parent, std::size_t depth = 1) {
+    if (depth > kMaxNesting) lexer_.Fail(token_.line, "groups are nested too deep");
     const std::string name = Name("the group's name");
     const std::string path = parent.empty() ? name : parent + "/" + name;
     Expect("{");
@@ -179,7 +186,7 @@ class Parser {
       if (what == "cmd") {
         Command(path);
       } else if (what == "group") {
-        Group(path);
+        Group(path, depth + 1);
       } else {
         lexer_.Fail(start.line, "cmd, group or '}' expected, not " + Shown(start));
       }
@@ -206,13 +213,13 @@ class Parser {
     if (key.text == "exec") {
       command.exec = String("what to execute, in quotes,");
     } else if (key.text == "host" || key.text == "deputy") {
-      command.host = String("a host in quotes");
+      command.host = Host();
     } else if (key.text == "group") {
       command.group = String("a group in quotes");
     } else if (key.text == "auto_respawn") {
       command.auto_respawn = Truth();
     } else if (key.text == "stop_signal") {
-      command.stop_signal = Number("stop_signal", 1);
+      command.stop_signal = Number("stop_signal", 1, kMaxSignal);
     } else if (key.text == "stop_time_allowed") {
       command.stop_time_allowed_s = Number("stop_time_allowed", 1);
     } else {
@@ -221,6 +228,13 @@ class Parser {
                                 "stop_time_allowed");
     }
     Expect(";");
+  }
+
+  std::string Host() {
+    const int line = token_.line;
+    std::string host = String("a host in quotes");
+    if (host.empty()) lexer_.Fail(line, "a host must not be empty");
+    return host;
   }
 
   bool Truth() {
@@ -238,7 +252,7 @@ class Parser {
       lexer_.Fail(line, "there are two scripts of the name \"" + script.name + '"');
     Expect("{");
     while (!Take("}")) script.actions.push_back(Action());
-    script_lines_.push_back(line);
+    script_lines_[script.name] = line;
     file_.scripts.push_back(std::move(script));
   }
 
@@ -316,29 +330,37 @@ class Parser {
         lexer_.Fail(use.line, "there is no group \"" + use.target.name + '"');
       }
     }
-    for (std::size_t i = 0; i < file_.scripts.size(); ++i) {
-      std::set<std::string> callers;
-      if (CallsItself(file_.scripts[i], callers))
-        lexer_.Fail(script_lines_[i], "script \"" + file_.scripts[i].name + "\" runs itself");
-    }
+    std::map<std::string, std::size_t> known;
+    std::vector<std::string> callers;
+    for (const Script& script : file_.scripts) CountActions(script, known, callers);
   }
 
-  bool CallsItself(const Script& script, std::set<std::string>& callers) const {
-    if (!callers.insert(script.name).second) return true;
-    for (const ScriptAction& action : script.actions) {
-      if (action.kind == ScriptAction::Kind::kRunScript &&
-          CallsItself(*file_.FindScript(action.script), callers))
-        return true;
-    }
-    callers.erase(script.name);
-    return false;
+  /// Of a script and those that it runs; a script that runs itself would have no end.
+  std::size_t CountActions(const Script& script, std::map<std::string, std::size_t>& known,
+                           std::vector<std::string>& callers) const {
+    if (const auto found = known.find(script.name); found != known.end()) return found->second;
+    const auto fail = [&](const char* what) {
+      lexer_.Fail(script_lines_.at(script.name), "script \"" + script.name + "\" " + what);
+    };
+    if (std::find(callers.begin(), callers.end(), script.name) != callers.end())
+      fail("runs itself");
+    if (callers.size() >= kMaxNesting) fail("is nested too deep");
+    callers.push_back(script.name);
+    std::size_t count = 0;
+    for (const ScriptAction& action : script.actions)
+      count += action.kind == ScriptAction::Kind::kRunScript
+                   ? CountActions(*file_.FindScript(action.script), known, callers)
+                   : 1;
+    callers.pop_back();
+    if (count > kMaxActions) fail("has too many actions, with those of the scripts that it runs");
+    return known[script.name] = count;
   }
 
   Lexer lexer_;
   Token token_;
   PmdFile file_;
   std::set<std::string> names_;
-  std::vector<int> script_lines_;
+  std::map<std::string, int> script_lines_;
   std::vector<Use> uses_;
 };
 
@@ -413,6 +435,11 @@ bool PmdFile::HasGroup(const std::string& name) const {
   return std::any_of(commands.begin(), commands.end(), [&](const CommandSpec& command) {
     return Matches({TargetKind::kGroup, name}, command);
   });
+}
+
+bool IsCommandName(std::string_view name) {
+  return !name.empty() && name != "." && name != ".." && name.size() <= 200 &&
+         name.find('/') == std::string_view::npos && name.find('\0') == std::string_view::npos;
 }
 
 bool Matches(const Target& target, const CommandSpec& command) {

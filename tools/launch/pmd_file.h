@@ -14,11 +14,13 @@ struct CommandSpec {
   std::string exec;   ///< Words in shell quotes, NAME=value before the program, $VARIABLES.
   std::string group;  ///< Path of the groups around it, "a/b".
   bool auto_respawn = false;
-  int stop_signal = 2;             ///< SIGINT.
+  int stop_signal = 2;             ///< SIGINT; up to kMaxSignal.
   double stop_time_allowed_s = 7;  ///< Then SIGKILL.
 
   bool operator==(const CommandSpec&) const = default;
 };
+
+inline constexpr int kMaxSignal = 64;
 
 enum class TargetKind { kEverything, kCommand, kGroup };
 struct Target {
@@ -51,11 +53,14 @@ struct PmdFile {
   bool HasGroup(const std::string& name) const;
 };
 
+/// Whether a command may be called so: its output goes to a file of that name.
+bool IsCommandName(std::string_view name);
+
 /// Whether a command is meant.
 bool Matches(const Target& target, const CommandSpec& command);
 
 /// @throws UsageError "file:line: what; what is allowed": also for names that are there twice or
-/// not at all, and scripts that call themselves.
+/// not at all, and scripts that call themselves or never seem to end.
 PmdFile ParsePmd(std::string_view text, const std::string& file);
 PmdFile ReadPmd(const std::filesystem::path& file);
 

@@ -1,6 +1,14 @@
 #include "tools/launch/procman_messages.h"
 
+#include <algorithm>
+
 namespace vog::procman {
+namespace {
+
+constexpr const char* kGivenUp = "given_up";
+constexpr float kLongestStop_s = 3600;
+
+}  // namespace
 
 bot_procman::command2_t ToMessage(const CommandSpec& spec) {
   bot_procman::command2_t message{};
@@ -15,13 +23,27 @@ bot_procman::command2_t ToMessage(const CommandSpec& spec) {
 
 CommandSpec FromMessage(const bot_procman::command2_t& message) {
   CommandSpec spec;
-  spec.name = message.command_name;
-  spec.exec = message.exec_str;
-  spec.group = message.group;
+  // Up to a zero byte, which no string may hold when it is sent again.
+  spec.name = message.command_name.c_str();
+  spec.exec = message.exec_str.c_str();
+  spec.group = message.group.c_str();
   spec.auto_respawn = message.auto_respawn != 0;
   if (message.stop_signal > 0) spec.stop_signal = message.stop_signal;
-  if (message.stop_time_allowed > 0) spec.stop_time_allowed_s = message.stop_time_allowed;
+  if (message.stop_time_allowed > 0)
+    spec.stop_time_allowed_s = std::min(message.stop_time_allowed, kLongestStop_s);
   return spec;
+}
+
+void SetGivenUp(bot_procman::command2_t& message, const std::string& reason) {
+  message.option_names.push_back(kGivenUp);
+  message.option_values.push_back(reason);
+  message.num_options = static_cast<std::int32_t>(message.option_names.size());
+}
+
+std::string GivenUp(const bot_procman::command2_t& message) {
+  for (std::size_t i = 0; i < message.option_names.size(); ++i)
+    if (message.option_names[i] == kGivenUp) return message.option_values[i];
+  return "";
 }
 
 }  // namespace vog::procman

@@ -16,8 +16,14 @@ inline constexpr Channel<bot_procman::printf_t> kPrintf{"PMD_PRINTF"};
 inline constexpr Channel<bot_procman::discovery_t> kDiscovery{"PMD_DISCOVER"};
 
 bot_procman::command2_t ToMessage(const CommandSpec& spec);
-/// The host is not part of it; what is left out has the defaults of CommandSpec.
+/// The host is not part of it; what is left out or cannot be has the defaults of CommandSpec.
 CommandSpec FromMessage(const bot_procman::command2_t& message);
+
+/// What a deputy of ours tells of a command besides, as an option that others pass over: why it
+/// does not start it any more.
+void SetGivenUp(bot_procman::command2_t& message, const std::string& reason);
+/// Empty: it has not given up.
+std::string GivenUp(const bot_procman::command2_t& message);
 
 /// Calls `handle(now, message)` with each message on a channel; what cannot be decoded is left out.
 template <class Message, class Handle>

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <set>
+#include <sstream>
 #include <utility>
 
 #include "tools/launch/child_process.h"
@@ -14,10 +15,12 @@ constexpr Duration kOrdersPeriod = std::chrono::seconds(1);
 
 /// The name under which a command of ours tells STATUS; empty for others'.
 std::string StatusNameOf(const CommandSpec& spec) {
-  const std::size_t at = spec.exec.find("vog-");
-  if (at == std::string::npos || (at > 0 && spec.exec[at - 1] != '/' && spec.exec[at - 1] != ' '))
-    return "";
-  return spec.exec.substr(at, spec.exec.find(' ', at) - at);
+  std::istringstream words(spec.exec);
+  std::string word;
+  while (words >> word && word.find('=') != std::string::npos) {
+  }
+  const std::string program = word.substr(word.rfind('/') + 1);
+  return program.starts_with("vog-") ? program : "";
 }
 
 std::string NameOf(const Target& target) {
@@ -40,8 +43,8 @@ Sheriff::Sheriff(Bus& bus, PmdFile file, std::string local_host)
 void Sheriff::Start(const Target& target) {
   for (Posse& command : commands_) {
     if (!Matches(target, command.spec)) continue;
-    const bool runs = command.pid != 0 && command.actual_run == command.desired_run;
-    if (runs && !command.force_quit) continue;
+    const bool is_ordered = command.desired_run != command.actual_run;
+    if ((is_ordered || command.pid != 0) && !command.force_quit) continue;
     ++command.desired_run;
     command.force_quit = false;
     has_changed_ = true;
@@ -97,6 +100,19 @@ std::string Sheriff::waits_for() const {
          (action.await == AwaitedStatus::kRunning ? "ready" : "stopped");
 }
 
+std::string Sheriff::hopeless() const {
+  if (actions_.empty() || actions_.front().await != AwaitedStatus::kRunning) return "";
+  for (const Posse& command : commands_) {
+    if (!Matches(actions_.front().target, command.spec)) continue;
+    if (!command.given_up.empty()) return command.spec.name + ": given up: " + command.given_up;
+    const bool has_ended =
+        command.pid == 0 && command.desired_run != 0 && command.actual_run == command.desired_run;
+    if (has_ended && !command.spec.auto_respawn)
+      return command.spec.name + ": " + HowItEnded(command.exit_status);
+  }
+  return "";
+}
+
 bool Sheriff::IsEverything(AwaitedStatus status) const {
   return std::all_of(commands_.begin(), commands_.end(),
                      [&](const Posse& command) { return Has(command, status); });
@@ -140,29 +156,48 @@ bool Sheriff::IsDone(const ScriptAction& action, Time now) const {
 }
 
 bool Sheriff::Has(const Posse& command, AwaitedStatus status) const {
-  if (status == AwaitedStatus::kStopped) return command.pid == 0;
+  if (status == AwaitedStatus::kStopped)
+    return command.pid == 0 && (command.force_quit || command.desired_run == command.actual_run);
   return command.pid != 0 && command.actual_run == command.desired_run &&
          (command.has_told_status || StatusNameOf(command.spec).empty());
 }
 
 void Sheriff::OnInfo(const bot_procman::info2_t& info) {
-  for (const auto& told : info.cmds) {
-    for (Posse& command : commands_) {
-      if (command.id != told.sheriff_id || command.spec.host != info.host ||
-          command.spec.name != told.cmd.command_name)
-        continue;
-      if (told.pid != command.pid) {
-        command.has_told_status = false;
-        news_.push_back(command.spec.name + (told.pid != 0
-                                                 ? ": started, pid " + std::to_string(told.pid)
-                                                 : ": " + HowItEnded(told.exit_code)));
-      } else if (told.pid == 0 && told.actual_runid != command.actual_run) {
-        news_.push_back(command.spec.name + ": could not be started");
-      }
-      command.pid = told.pid;
-      command.actual_run = told.actual_runid;
+  for (Posse& command : commands_) {
+    if (command.spec.host != info.host) continue;
+    const auto told = std::find_if(info.cmds.begin(), info.cmds.end(), [&](const auto& candidate) {
+      return command.id == candidate.sheriff_id && command.spec.name == candidate.cmd.command_name;
+    });
+    if (told != info.cmds.end()) {
+      Note(command, *told);
+    } else if (command.actual_run != 0) {
+      NoteGone(command);
     }
   }
+}
+
+void Sheriff::NoteGone(Posse& command) {
+  news_.push_back(command.spec.name + ": its deputy knows it no longer");
+  command.pid = 0;
+  command.actual_run = 0;
+  command.given_up.clear();
+  command.has_told_status = false;
+}
+
+void Sheriff::Note(Posse& command, const bot_procman::deputy_cmd2_t& told) {
+  const std::string given_up = procman::GivenUp(told.cmd);
+  if (told.pid != command.pid) {
+    command.has_told_status = false;
+    news_.push_back(
+        command.spec.name + ": " +
+        (told.pid != 0 ? "started, pid " + std::to_string(told.pid) : HowItEnded(told.exit_code)));
+  }
+  if (given_up != command.given_up && !given_up.empty())
+    news_.push_back(command.spec.name + ": given up: " + given_up);
+  command.pid = told.pid;
+  command.actual_run = told.actual_runid;
+  command.exit_status = told.exit_code;
+  command.given_up = given_up;
 }
 
 void Sheriff::OnStatus(const status_t& status) {

@@ -34,6 +34,9 @@ class Sheriff {
   /// What the present action waits for: for a message when it takes too long.
   std::string waits_for() const;
   bool IsEverything(AwaitedStatus status) const;
+  /// Why the present action waits in vain: a command that it waits for has ended for good. Empty:
+  /// there is hope.
+  std::string hopeless() const;
 
   /// What has changed since, a line each: "vog-slam: ready".
   std::vector<std::string> TakeNews() { return std::exchange(news_, {}); }
@@ -45,6 +48,8 @@ class Sheriff {
     int desired_run = 0;
     bool force_quit = false;
     int pid = 0, actual_run = 0;
+    int exit_status = 0;
+    std::string given_up{};
     bool has_told_status = false;
   };
 
@@ -53,6 +58,9 @@ class Sheriff {
   bool IsDone(const ScriptAction& action, Time now) const;
   bool Has(const Posse& command, AwaitedStatus status) const;
   void OnInfo(const bot_procman::info2_t& info);
+  void Note(Posse& command, const bot_procman::deputy_cmd2_t& told);
+  /// A deputy that stops, or a new one of that name.
+  void NoteGone(Posse& command);
   void OnStatus(const status_t& status);
   void Expand(const Script& script, std::vector<ScriptAction>& actions) const;
   void PublishOrders(Time now);

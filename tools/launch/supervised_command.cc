@@ -37,7 +37,7 @@ void SupervisedCommand::Order(const CommandSpec& spec, int desired_run, bool for
   if (desired_run == desired_run_) return;
   desired_run_ = desired_run;
   quick_deaths_ = 0;
-  has_given_up_ = false;
+  given_up_.clear();
   respawn_at_.reset();
 }
 
@@ -46,7 +46,7 @@ std::string SupervisedCommand::Step(Time now) {
   if (process_) {
     if (const auto status = process_->Ended()) {
       said += output_.Read() + OnEnd(*status, now);
-    } else if (!WantsToRun()) {
+    } else if (MustStop()) {
       Stop(now);
     }
   }
@@ -61,13 +61,17 @@ std::string SupervisedCommand::Start(Time now) {
   respawn_at_.reset();
   actual_run_ = desired_run_;
   started_ = now;
+  constexpr int kNotFound = 127 << 8;  // As a shell says it.
   try {
     process_.emplace(ParseExec(spec_.exec, program_folder_), output_.child_fd());
     return "";
-  } catch (const std::exception& error) {
-    has_given_up_ = true;
-    exit_status_ = 127 << 8;  // As a shell that finds no program.
-    return spec_.name + ": " + error.what() + "\n";
+  } catch (const UsageError& error) {
+    exit_status_ = kNotFound;
+    given_up_ = error.what();
+    return spec_.name + ": " + given_up_ + "\n";
+  } catch (const SystemError& error) {
+    exit_status_ = kNotFound;
+    return spec_.name + ": " + error.what() + StartAgain(now);
   }
 }
 
@@ -76,15 +80,19 @@ std::string SupervisedCommand::OnEnd(int status, Time now) {
   exit_status_ = status;
   const bool was_stopped = stopping_since_.has_value();
   stopping_since_.reset();
-  std::string line = spec_.name + ": " + HowItEnded(status);
-  if (was_stopped || !spec_.auto_respawn || !WantsToRun()) return line + "\n";
+  const std::string line = spec_.name + ": " + HowItEnded(status);
+  return line + (was_stopped || MustStop() ? "\n" : StartAgain(now));
+}
+
+std::string SupervisedCommand::StartAgain(Time now) {
+  if (!spec_.auto_respawn) return "\n";
   quick_deaths_ = now - started_ < kQuickDeath ? quick_deaths_ + 1 : 0;
   if (quick_deaths_ >= kMaxQuickDeaths) {
-    has_given_up_ = true;
-    return line + ", given up after " + std::to_string(quick_deaths_) + " quick deaths\n";
+    given_up_ = std::to_string(quick_deaths_) + " quick deaths in a row";
+    return ", given up after " + given_up_ + "\n";
   }
   respawn_at_ = now + BackoffAfter(quick_deaths_);
-  return line + ", started again\n";
+  return ", started again\n";
 }
 
 void SupervisedCommand::Stop(Time now) {

@@ -33,15 +33,18 @@ class SupervisedCommand {
   int actual_run() const { return actual_run_; }
   /// As waitpid() tells, of the last run that has ended.
   int exit_status() const { return exit_status_; }
-  /// It died so often so soon that it is not started again until it is ordered to.
-  bool HasGivenUp() const { return has_given_up_; }
+  /// Why it is not started again until a new run is ordered: it cannot be, or died so often so
+  /// soon. Empty: that is not so.
+  const std::string& given_up() const { return given_up_; }
 
  private:
-  bool WantsToRun() const {
-    return desired_run_ == actual_run_ && desired_run_ != 0 && !force_quit_;
+  /// Run 0 asks for nothing: a sheriff that has just come leaves running what runs.
+  bool MustStop() const {
+    return force_quit_ || (desired_run_ != 0 && desired_run_ != actual_run_);
   }
   std::string Start(Time now);
   std::string OnEnd(int status, Time now);
+  std::string StartAgain(Time now);
   void Stop(Time now);
 
   CommandSpec spec_;
@@ -55,7 +58,7 @@ class SupervisedCommand {
   std::optional<Time> stopping_since_;
   std::optional<Time> respawn_at_;
   int quick_deaths_ = 0;
-  bool has_given_up_ = false;
+  std::string given_up_;
 };
 
 }  // namespace vog

@@ -14,6 +14,7 @@ constexpr Duration kMaxWait = std::chrono::milliseconds(50);
 // empty.
 constexpr Duration kPacedPeriod = std::chrono::milliseconds(2);
 constexpr int kQueueCapacity = 20000;
+constexpr const char* kSelfTestChannel = "VOG_SELF_TEST";
 
 template <class Clock>
 Duration SinceEpoch() {
@@ -50,13 +51,12 @@ LcmBus::LcmBus(const BusOptions& options)
 
 void LcmBus::CheckLoopback() {
   bool heard = false;
-  const std::string channel = "VOG_SELF_TEST";
   lcm::Subscription* const subscription = lcm_.subscribeFunction(
-      channel, +[](const lcm::ReceiveBuffer*, const std::string&, bool* echo) { *echo = true; },
-      &heard);
+      kSelfTestChannel,
+      +[](const lcm::ReceiveBuffer*, const std::string&, bool* echo) { *echo = true; }, &heard);
   constexpr int kAttempts = 20;
   for (int i = 0; i < kAttempts && !heard; ++i) {
-    lcm_.publish(channel, "", 0);
+    lcm_.publish(kSelfTestChannel, "", 0);
     lcm_.handleTimeout(50);
   }
   lcm_.unsubscribe(subscription);
@@ -136,6 +136,7 @@ void LcmBus::Subscription::OnMessage(const lcm::ReceiveBuffer* buffer, const std
 
 void LcmBus::Listener::OnMessage(const lcm::ReceiveBuffer* buffer, const std::string& channel,
                                  Listener* self) {
+  if (channel == kSelfTestChannel) return;
   LcmBus& bus = *self->bus;
   bus.Guard([&] {
     self->handler(bus.VehicleTime(BytesOf(buffer)),

@@ -47,7 +47,8 @@ class LcmBus final : public Bus {
   void Every(Duration period, Tick tick) override;
   std::int64_t epoch() const override { return epoch_; }
 
-  /// Calls `handler(channel, bytes)` with every message there is.
+  /// Calls `handler(now, channel, bytes)` with every message there is, but for those by which buses
+  /// find out whether they hear themselves.
   void SubscribeAll(std::function<void(Time, const std::string&, Bytes)> handler);
 
   /// Handles messages and ticks until `stop`. Rethrows what a handler threw.

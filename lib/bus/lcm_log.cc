@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <utility>
 
 #include "lib/base/errors.h"
 
@@ -29,6 +30,28 @@ LcmLogReader::LcmLogReader(const std::string& path) : file_(path, "r") {
 }
 
 std::optional<LogEvent> LcmLogReader::Next() {
+  return next_ ? std::exchange(next_, std::nullopt) : Read();
+}
+
+void LcmLogReader::SeekTo(Time time) {
+  constexpr off_t kBlock_bytes = 65536;
+  std::FILE* const file = file_.getFilePtr();
+  ::fseeko(file, 0, SEEK_END);
+  off_t before = 0, after = ::ftello(file);
+  // LCM finds the start of an event from anywhere in the file.
+  while (after - before > kBlock_bytes) {
+    const off_t middle = before + (after - before) / 2;
+    ::fseeko(file, middle, SEEK_SET);
+    const auto event = Read();
+    (event && event->time < time ? before : after) = middle;
+  }
+  ::fseeko(file, before, SEEK_SET);
+  do {
+    next_ = Read();
+  } while (next_ && next_->time < time);
+}
+
+std::optional<LogEvent> LcmLogReader::Read() {
   const lcm::LogEvent* event = file_.readNextEvent();
   // Nothing may also be a damaged event. LCM has gone past it and looks for the next one's start.
   while (event == nullptr && !std::feof(file_.getFilePtr()) && !std::ferror(file_.getFilePtr()))
@@ -48,7 +71,19 @@ void LcmLogWriter::Write(Time time, const std::string& channel, Bytes bytes) {
   event.channel = channel;
   event.datalen = static_cast<std::int32_t>(bytes.size());
   event.data = const_cast<std::uint8_t*>(bytes.data());
-  if (file_.writeEvent(&event) != 0) throw SystemError(path_ + ": cannot write; is the disk full?");
+  if (file_.writeEvent(&event) != 0) FailToWrite();
+}
+
+void LcmLogWriter::Flush() {
+  if (std::fflush(file_.getFilePtr()) != 0) FailToWrite();
+}
+
+std::uintmax_t LcmLogWriter::size_bytes() {
+  return static_cast<std::uintmax_t>(::ftello(file_.getFilePtr()));
+}
+
+void LcmLogWriter::FailToWrite() const {
+  throw SystemError(path_ + ": cannot write; is the disk full?");
 }
 
 }  // namespace vog

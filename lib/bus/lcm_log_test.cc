@@ -173,5 +173,43 @@ TEST_F(LcmLogTest, AFullDiskIsTold) {
   EXPECT_THROW(writer.Write(Time{}, "X", bytes), SystemError);
 }
 
+TEST_F(LcmLogTest, SeeksToATime) {
+  const std::string path = (folder_ / "long.log").string();
+  {
+    LcmLogWriter writer(path);
+    const std::vector<std::uint8_t> bytes(1000);
+    for (int i = 0; i < 1000; ++i) writer.Write(FromUtime(10 * i), "A", bytes);
+  }
+  LcmLogReader reader(path);
+  for (const int wanted : {5000, 0, 9990, 4321, 10, -7}) {
+    reader.SeekTo(FromUtime(wanted));
+    const auto event = reader.Next();
+    ASSERT_TRUE(event) << wanted;
+    EXPECT_EQ(ToUtime(event->time), std::max(0, (wanted + 9) / 10 * 10)) << wanted;
+    const auto next = reader.Next();
+    EXPECT_EQ(next.has_value(), wanted < 9990) << wanted;
+    EXPECT_TRUE(!next || next->time > event->time) << wanted;
+  }
+  reader.SeekTo(FromUtime(10'000));
+  EXPECT_FALSE(reader.Next());
+  reader.SeekTo(FromUtime(0));
+  EXPECT_TRUE(reader.Next());
+}
+
+TEST_F(LcmLogTest, FlushedMessagesAreInTheFile) {
+  const std::string path = (folder_ / "flushed.log").string();
+  LcmLogWriter writer(path);
+  writer.Write(events_[0].time, events_[0].channel, events_[0].bytes);
+  writer.Flush();
+  EXPECT_EQ(writer.size_bytes(), fs::file_size(path));
+  EXPECT_THROW(
+      {
+        LcmLogWriter full("/dev/full");
+        full.Write(events_[0].time, "A", events_[0].bytes);
+        full.Flush();
+      },
+      SystemError);
+}
+
 }  // namespace
 }  // namespace vog

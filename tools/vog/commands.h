@@ -12,6 +12,8 @@ namespace vog {
 void AddMissionCommand(CLI::App& app);
 void AddCampaignCommand(CLI::App& app);
 void AddLaunchCommand(CLI::App& app);
+void AddStatusCommand(CLI::App& app);
+void AddSpyCommand(CLI::App& app);
 void AddReplayCommand(CLI::App& app);
 void AddLogCommand(CLI::App& app);
 void AddMapCommand(CLI::App& app);

@@ -3,11 +3,12 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <regex>
 
 #include "lib/bus/lcm_log.h"
-#include "lib/messages/channels.h"
+#include "tools/log/log_files.h"
+#include "tools/log/record.h"
 #include "tools/vog/commands.h"
+#include "tools/vog/log_arguments.h"
 
 namespace vog {
 namespace {
@@ -50,48 +51,93 @@ void ShowInfo(const InfoArguments& arguments) {
 }
 
 struct CutArguments {
-  std::string in, out, channels;
+  std::string in, out;
+  LogSelection selection;
 };
 
-void Cut(const CutArguments& arguments) {
-  std::regex wanted;
-  try {
-    wanted = arguments.channels == "inputs" ? kInputsRegex : arguments.channels;
-  } catch (const std::regex_error&) {
-    throw UsageError("--channels " + arguments.channels + ": not a regular expression");
-  }
-  LcmLogReader reader(arguments.in);
-  LcmLogWriter writer(arguments.out);
-  std::int64_t kept = 0;
-  while (const auto event = reader.Next()) {
-    if (!std::regex_match(event->channel, wanted)) continue;
-    writer.Write(event->time, event->channel, event->bytes);
-    ++kept;
-  }
-  std::printf("%lld messages kept\n", static_cast<long long>(kept));
+struct MergeArguments {
+  std::vector<std::string> in;
+  std::string out;
+};
+
+struct RecordArguments {
+  RecordOptions record;
+  double max_mb = 0;
+};
+
+void PrintKept(std::int64_t messages) {
+  std::printf("%lld messages kept\n", static_cast<long long>(messages));
+}
+
+void RunRecord(RecordArguments arguments) {
+  if (arguments.record.recorder.keep > 0 && arguments.max_mb == 0)
+    throw UsageError("--keep needs --max-mb; see --help");
+  arguments.record.recorder.max_bytes = static_cast<std::uintmax_t>(1e6 * arguments.max_mb);
+  PrintKept(Record(arguments.record));
+}
+
+void AddInfo(CLI::App& log) {
+  auto* info = log.add_subcommand("info", "What a log holds, channel by channel.");
+  const auto arguments = std::make_shared<InfoArguments>();
+  info->add_option("log", arguments->log, "LCM event log")->required();
+  info->add_flag("--json", arguments->json, "print JSON");
+  info->callback([arguments] { ShowInfo(*arguments); });
+}
+
+void AddCut(CLI::App& log) {
+  auto* cut = log.add_subcommand("cut", "Keep some channels of a log, or some of its time.");
+  const auto arguments = std::make_shared<CutArguments>();
+  cut->add_option("in", arguments->in, "LCM event log")->required();
+  AddChannelsOption(*cut, arguments->selection.channels);
+  AddFromOption(*cut, arguments->selection);
+  AddToOption(*cut, arguments->selection);
+  cut->add_option("--out", arguments->out, "the new log")->required();
+  cut->callback(
+      [arguments] { PrintKept(CutLog(arguments->in, arguments->selection, arguments->out)); });
+}
+
+void AddMerge(CLI::App& log) {
+  auto* merge = log.add_subcommand("merge", "Make one log of several, in the order of time.");
+  const auto arguments = std::make_shared<MergeArguments>();
+  merge->add_option("in", arguments->in, "LCM event logs")->required();
+  merge->add_option("--out", arguments->out, "the new log")->required();
+  merge->callback([arguments] { PrintKept(MergeLogs(arguments->in, arguments->out)); });
+}
+
+void AddRecord(CLI::App& log) {
+  auto* command = log.add_subcommand(
+      "record",
+      "Record what is said on LCM until Ctrl-C.\n"
+      "With --max-mb into FILE.000, FILE.001 and so on, after those that are there. On a full disk "
+      "messages are left out until there is room; for that the oldest file is removed where --keep "
+      "allows it.");
+  const auto arguments = std::make_shared<RecordArguments>();
+  RecordOptions& record = arguments->record;
+  command->add_option("--out", record.recorder.file, "FILE")->required();
+  command->add_option("--max-mb", arguments->max_mb, "of one file")->check(CLI::Range(0.001, 1e9));
+  command->add_option("--keep", record.recorder.keep, "so many files; older ones are removed")
+      ->check(CLI::Range(1, 1'000'000));
+  AddChannelsOption(*command, record.channels);
+  command
+      ->add_option("--clock", record.clock,
+                   "times in the log: the machine's (system), or those in the messages (message), "
+                   "for simulators")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, ClockSource>{
+          {"system", ClockSource::kSystem}, {"message", ClockSource::kMessage}}));
+  command->add_option("--url", record.url, "LCM provider")->capture_default_str();
+  command->callback([arguments] { RunRecord(*arguments); });
 }
 
 }  // namespace
 
 void AddLogCommand(CLI::App& app) {
-  auto* log = app.add_subcommand("log", "Look into LCM event logs, and cut them.");
+  auto* log =
+      app.add_subcommand("log", "Record LCM event logs, look into them, cut and merge them.");
   log->require_subcommand(1);
-
-  auto* info = log->add_subcommand("info", "What a log holds, channel by channel.");
-  const auto info_arguments = std::make_shared<InfoArguments>();
-  info->add_option("log", info_arguments->log, "LCM event log")->required();
-  info->add_flag("--json", info_arguments->json, "print JSON");
-  info->callback([info_arguments] { ShowInfo(*info_arguments); });
-
-  auto* cut = log->add_subcommand("cut", "Keep some channels of a log.");
-  const auto cut_arguments = std::make_shared<CutArguments>();
-  cut->add_option("in", cut_arguments->in, "LCM event log")->required();
-  cut->add_option("--channels", cut_arguments->channels,
-                  "regular expression for whole channel names; the word inputs stands for what "
-                  "the vehicle says")
-      ->required();
-  cut->add_option("--out", cut_arguments->out, "the new log")->required();
-  cut->callback([cut_arguments] { Cut(*cut_arguments); });
+  AddInfo(*log);
+  AddCut(*log);
+  AddMerge(*log);
+  AddRecord(*log);
 }
 
 }  // namespace vog

@@ -13,6 +13,8 @@ int Run(int argc, char** argv) {
   vog::AddMissionCommand(app);
   vog::AddCampaignCommand(app);
   vog::AddLaunchCommand(app);
+  vog::AddStatusCommand(app);
+  vog::AddSpyCommand(app);
   vog::AddReplayCommand(app);
   vog::AddMapCommand(app);
   vog::AddGraphCommand(app);

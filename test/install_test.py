@@ -17,6 +17,10 @@ class InstallTest(VogTest):
         for program in ("vog-sim", "vog-slam", "vog-planner", "vog-controller", "vog-map-service",
                         "vog-nav-bridge", "vog-sonar-reader"):
             self.assertTrue((prefix / "bin" / program).is_file(), program)
+        table = prefix / "share/vogmap/config/launch/hauv.pmd"
+        subprocess.run([prefix / "bin/vog", "launch", table, "--validate"], check=True,
+                       stdout=subprocess.DEVNULL)
+        self.assertTrue((table.parent / "vogmap.service").is_file())
         done = subprocess.run(
             [prefix / "bin/vog", "mission", prefix / "share/vogmap/config/mission/tank.toml",
              "--max-submaps", "1", "--out", self.scratch / "out"],

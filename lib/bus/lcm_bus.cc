@@ -15,6 +15,7 @@ constexpr Duration kMaxWait = std::chrono::milliseconds(50);
 constexpr Duration kPacedPeriod = std::chrono::milliseconds(2);
 constexpr int kQueueCapacity = 20000;
 constexpr const char* kSelfTestChannel = "VOG_SELF_TEST";
+constexpr const char* kLibrarysSelfTestChannel = "LCM_SELF_TEST";
 
 template <class Clock>
 Duration SinceEpoch() {
@@ -136,7 +137,7 @@ void LcmBus::Subscription::OnMessage(const lcm::ReceiveBuffer* buffer, const std
 
 void LcmBus::Listener::OnMessage(const lcm::ReceiveBuffer* buffer, const std::string& channel,
                                  Listener* self) {
-  if (channel == kSelfTestChannel) return;
+  if (channel == kSelfTestChannel || channel == kLibrarysSelfTestChannel) return;
   LcmBus& bus = *self->bus;
   bus.Guard([&] {
     self->handler(bus.VehicleTime(BytesOf(buffer)),

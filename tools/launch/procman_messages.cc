@@ -8,6 +8,9 @@ namespace {
 constexpr const char* kGivenUp = "given_up";
 constexpr float kLongestStop_s = 3600;
 
+/// What is sent again may not hold a zero byte.
+std::string UpToZero(const std::string& text) { return text.substr(0, text.find('\0')); }
+
 }  // namespace
 
 bot_procman::command2_t ToMessage(const CommandSpec& spec) {
@@ -23,12 +26,11 @@ bot_procman::command2_t ToMessage(const CommandSpec& spec) {
 
 CommandSpec FromMessage(const bot_procman::command2_t& message) {
   CommandSpec spec;
-  // Up to a zero byte, which no string may hold when it is sent again.
-  spec.name = message.command_name.c_str();
-  spec.exec = message.exec_str.c_str();
-  spec.group = message.group.c_str();
+  spec.name = UpToZero(message.command_name);
+  spec.exec = UpToZero(message.exec_str);
+  spec.group = UpToZero(message.group);
   spec.auto_respawn = message.auto_respawn != 0;
-  if (message.stop_signal > 0) spec.stop_signal = message.stop_signal;
+  if (message.stop_signal > 0) spec.stop_signal = std::int32_t{message.stop_signal};
   if (message.stop_time_allowed > 0)
     spec.stop_time_allowed_s = std::min(message.stop_time_allowed, kLongestStop_s);
   return spec;

@@ -29,7 +29,7 @@ std::string NameOf(const Target& target) {
 
 }  // namespace
 
-Sheriff::Sheriff(Bus& bus, PmdFile file, std::string local_host)
+Sheriff::Sheriff(Bus& bus, PmdFile file, const std::string& local_host)
     : bus_(bus), file_(std::move(file)) {
   for (CommandSpec spec : file_.commands) {
     if (spec.host == "localhost") spec.host = local_host;

@@ -20,7 +20,7 @@ namespace vog {
 class Sheriff {
  public:
   /// `local_host` is the deputy that the host "localhost" means.
-  Sheriff(Bus& bus, PmdFile file, std::string local_host);
+  Sheriff(Bus& bus, PmdFile file, const std::string& local_host);
 
   void Start(const Target& target);
   void Stop(const Target& target);

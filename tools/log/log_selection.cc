@@ -7,7 +7,7 @@
 namespace vog {
 
 SelectedLog::SelectedLog(const std::string& path, const LogSelection& selection)
-    : reader_(path), filter_(selection.channels), selection_(selection) {
+    : filter_(selection.channels), reader_(path), selection_(selection) {
   if (const auto first = reader_.Next()) first_ = first->time;
   SeekTo(0);
   if (!Next()) throw UsageError(path + ": no message on such channels at such times");

@@ -32,8 +32,8 @@ class SelectedLog {
   void SeekTo(double at_s);
 
  private:
-  LcmLogReader reader_;
   ChannelFilter filter_;
+  LcmLogReader reader_;
   LogSelection selection_;
   Time first_;
 };

@@ -69,7 +69,7 @@ class BadInputTest(VogTest):
         self.refuse(2, "mission", PROPELLER, "--out", self.scratch / "x", "--mode", "foo",
                     says=["foo", "vog-no-lc"])
         for command in ("mission", "campaign", "replay", "map", "graph", "log", "config", "report",
-                        "sonar"):
+                        "sonar", "launch", "status", "spy"):
             self.assertIn("Usage", vog(command, "--help").stdout)
 
     def test_logs(self):

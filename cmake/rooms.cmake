@@ -131,10 +131,14 @@ function(vog_room folder)
   endif()
 endfunction()
 
-# vog_system_test(NAME [THREADS]): test/NAME_test.py, which runs the programs.
+# vog_system_test(NAME [THREADS] [RELEASE]): test/NAME_test.py, which runs the programs. RELEASE: in
+# release builds alone, because sanitizers would find nothing there that they do not find elsewhere.
 function(vog_system_test name)
-  cmake_parse_arguments(ARG "THREADS" "" "" ${ARGN})
+  cmake_parse_arguments(ARG "THREADS;RELEASE" "" "" ${ARGN})
   vog_wants_test(ARG_THREADS wanted)
+  if(ARG_RELEASE AND VOG_SANITIZE)
+    set(wanted OFF)
+  endif()
   if(wanted)
     add_test(NAME ${name} COMMAND python3 ${PROJECT_SOURCE_DIR}/test/${name}_test.py)
     set_tests_properties(${name} PROPERTIES TIMEOUT 2400 ENVIRONMENT

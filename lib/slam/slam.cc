@@ -14,6 +14,10 @@ const Mat6 kNoPrediction = 1e6 * Mat6::Identity();
 /// Added to each edge's covariance: without any drift it would have no inverse.
 const Mat6 kLeastCovariance = 1e-12 * Mat6::Identity();
 
+/// Covariances of all places are found anew once in so many submaps for each so many there are: it
+/// costs as much as all else together when there are hundreds.
+constexpr int kSubmapsARefresh = 100;
+
 /// Covariance of what is left of an odometry edge when it begins at C instead of the base. The
 /// drift grows evenly, so that a share of all of it is left, whatever the edge consists of.
 Mat6 WithoutDriftBefore(const SubmapAnchor& anchor, const Mat6& edge) {
@@ -242,22 +246,46 @@ bool Slam::DropContradicting() {
 }
 
 void Slam::UpdateCovariances() {
+  const auto submaps = static_cast<int>(graph_.nodes().size());
+  if (++since_refresh_ >= submaps / kSubmapsARefresh) {
+    RefreshCovariances();
+    since_refresh_ = 0;
+  } else {
+    ExtendCovariances();
+  }
+}
+
+std::vector<Mat6> Slam::BaseCovariances(const std::vector<std::pair<NodeId, NodeId>>& pairs) const {
+  auto covariances = BodyCovariances(pairs);
+  if (covariances.empty()) covariances.assign(pairs.size(), kNoPrediction);
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    // From X Exp(xi) at the node C to the same at the base M.
+    const Mat6 Ad = AdjointOf(anchors_.at(pairs[p].second).X_MC);
+    covariances[p] = Ad * covariances[p] * Ad.transpose();
+  }
+  return covariances;
+}
+
+void Slam::RefreshCovariances() {
   const NodeId first = graph_.nodes().begin()->first, newest = graph_.nodes().rbegin()->first;
   std::vector<std::pair<NodeId, NodeId>> pairs;
   for (const auto& [id, X_W] : graph_.nodes()) {
     pairs.emplace_back(first, id);
     pairs.emplace_back(id, newest);
   }
-  const auto covariances = BodyCovariances(pairs);
-  // From X Exp(xi) at the node C to the same at the base M.
-  const auto at_base = [&](std::size_t p) -> Mat6 {
-    if (covariances.empty()) return kNoPrediction;
-    const Mat6 Ad = AdjointOf(anchors_.at(pairs[p].second).X_MC);
-    return Ad * covariances[p] * Ad.transpose();
-  };
+  const auto covariances = BaseCovariances(pairs);
   covariances_.clear();
   for (std::size_t p = 0; p < pairs.size(); p += 2)
-    covariances_[pairs[p].second] = {at_base(p), at_base(p + 1)};
+    covariances_[pairs[p].second] = {covariances[p], covariances[p + 1]};
+}
+
+void Slam::ExtendCovariances() {
+  const NodeId first = graph_.nodes().begin()->first, newest = graph_.nodes().rbegin()->first;
+  const auto of = BaseCovariances({{first, newest}, {newest - 1, newest}});
+  const Mat6 Ad = AdjointOf(Ominus(X_WM_.at(newest), X_WM_.at(newest - 1)));
+  for (auto& [id, covariance] : covariances_)
+    covariance.of_X_MN = Ad * covariance.of_X_MN * Ad.transpose() + of[1];
+  covariances_[newest].of_X_WM = of[0];
 }
 
 std::vector<Mat6> Slam::BodyCovariances(const std::vector<std::pair<NodeId, NodeId>>& pairs) const {

@@ -103,7 +103,8 @@ class Slam {
   /// all poses.
   std::vector<Mat6> BodyCovariances(const std::vector<std::pair<NodeId, NodeId>>& pairs) const;
 
-  /// One for each submap, of the present poses.
+  /// One for each submap. With more than 200 submaps most are some submaps old: then they are upper
+  /// bounds.
   const std::map<SubmapId, PlaceCovariance>& covariances() const { return covariances_; }
 
  private:
@@ -124,6 +125,11 @@ class Slam {
   void PredictCovariances(NodeId newest, std::vector<LoopCandidate>& candidates) const;
   bool DropContradicting();
   void UpdateCovariances();
+  std::vector<Mat6> BaseCovariances(const std::vector<std::pair<NodeId, NodeId>>& pairs) const;
+  void RefreshCovariances();
+  /// Those of before and the newest motion: never too sure, because what closures have taught since
+  /// is left out.
+  void ExtendCovariances();
 
   SlamSettings settings_;
   RegistrationHook hook_;
@@ -134,6 +140,7 @@ class Slam {
   std::map<SubmapId, std::unique_ptr<SubmapShape>> shapes_;
   std::vector<Closure> closures_;
   std::map<SubmapId, PlaceCovariance> covariances_;
+  int since_refresh_ = 0;
   std::int64_t version_ = 0;
 };
 

@@ -255,6 +255,27 @@ TEST(SlamTest, CovariancesAreThoseOfTheBasesWhateverIsTheNode) {
   EXPECT_LT((slam->covariances().at(5).of_X_WM - expected).norm(), 1e-12);
 }
 
+// With hundreds of submaps most covariances are those of before and the newest motion. Without
+// closures that is all there is to know.
+TEST(SlamTest, CovariancesAreExtendedBetweenRefreshes) {
+  const Mission mission(10, 206);
+  SlamSettings settings;
+  settings.slam.loop_closures = false;
+  Slam slam(settings);
+  for (const auto& submap : mission.submaps) {
+    slam.AddSubmap(submap);
+    const SubmapId newest = submap->id();
+    if (newest < 199) continue;
+    ASSERT_EQ(slam.covariances().size(), newest + 1u);
+    const auto exact = slam.BodyCovariances({{0, newest}, {100, newest}, {newest - 1, newest}});
+    EXPECT_LT((slam.covariances().at(newest).of_X_WM - exact[0]).norm(), 1e-6 * exact[0].norm());
+    EXPECT_LT((slam.covariances().at(100).of_X_MN - exact[1]).norm(), 1e-3 * exact[1].norm());
+    EXPECT_LT((slam.covariances().at(newest - 1).of_X_MN - exact[2]).norm(),
+              1e-6 * exact[2].norm());
+    EXPECT_LT(slam.covariances().at(newest).of_X_MN.norm(), 1e-12);
+  }
+}
+
 // In mid-mission all is known of a motion is that it was some metres at most: the reckoning says it
 // stood still, but it moved 3 m.
 TEST(SlamTest, FindsItselfAgainAfterAMotionThatNothingMeasured) {

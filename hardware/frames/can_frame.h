@@ -12,7 +12,7 @@ struct CanFrame {
   std::uint32_t id = 0;  ///< 11 bits, or 29 where `extended`; of an error frame: its class.
   bool extended = false, remote = false, error = false, fd = false;
   std::uint8_t fd_flags = 0;  ///< Bit 0: bit-rate switch, bit 1: error state. Of FD frames only.
-  std::uint8_t size = 0;      ///< ByteVector of data: up to 8, of FD up to 64.
+  std::uint8_t size = 0;      ///< Bytes of data: up to 8, of FD up to 64.
   std::array<std::uint8_t, 64> data{};  ///< 0 beyond `size`.
   Time time{};                          ///< When it was received.
 

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <span>
+#include <string>
 
 #include "hardware/frames/can_frame.h"
 #include "lib/base/time.h"
@@ -54,7 +56,10 @@ class Link {
   LinkCounters counters_;
 };
 
-/// ByteVector to and from a device.
+/// For STATUS: what went wrong with a link, as far as every user of one tells it.
+void CountLink(const Link& link, std::map<std::string, std::int64_t>& counters);
+
+/// Bytes to and from a device.
 class ByteLink : public Link {
  public:
   virtual ByteRead Read(std::span<std::uint8_t> into) = 0;

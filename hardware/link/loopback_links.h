@@ -8,7 +8,7 @@
 namespace vog {
 
 /// Two ends in one process: what is written to one is read from the other. Each direction holds at
-/// most kMaxLoopbackBytes bytes or kMaxLoopbackFrames frames. ByteVector and frames come without a
+/// most kMaxLoopbackBytes bytes or kMaxLoopbackFrames frames. Bytes and frames come without a
 /// time; where one end is gone, the other is closed once it is empty.
 inline constexpr std::size_t kMaxLoopbackBytes = 1 << 16, kMaxLoopbackFrames = 1024;
 std::pair<std::unique_ptr<ByteLink>, std::unique_ptr<ByteLink>> MakeLoopback();

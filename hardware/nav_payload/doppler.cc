@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "hardware/nav_payload/text_numbers.h"
-
 namespace vog {
 namespace {
 
@@ -27,7 +25,7 @@ std::optional<Vec3> FirstThree(const std::array<std::optional<double>, 4>& v) {
 std::optional<Vec3> VelocityB(const DopplerSample& sample, const DopplerOptions& options,
                               const Mat3& R_BI) {
   auto v = sample.frame == DopplerFrame::kBeam
-               ? FromBeams(sample.velocity_m_s, FromDegrees(options.beam_angle_deg))
+               ? FromBeams(sample.velocity_m_s, ToRadians(options.beam_angle_deg))
                : FirstThree(sample.velocity_m_s);
   if (!v) return std::nullopt;
   switch (sample.frame) {
@@ -46,7 +44,7 @@ std::optional<Vec3> VelocityB(const DopplerSample& sample, const DopplerOptions&
 }  // namespace
 
 Mat3 DopplerRotation(const DopplerOptions& options, double servo_pitch_rad) {
-  const Vec3 rpy = options.mounting_rpy_deg.unaryExpr(&FromDegrees);
+  const Vec3 rpy = options.mounting_rpy_deg.unaryExpr(&ToRadians);
   return MakePose(Vec3::Zero(), {0, -servo_pitch_rad, 0}).linear() *
          MakePose(Vec3::Zero(), {rpy.x(), rpy.y(), rpy.z()}).linear();
 }
@@ -90,7 +88,7 @@ DopplerSample ToDopplerSample(const DvlRecord& record, DopplerFrame frame,
   if (!record.valid) return sample;
   const Vec3& v_B = record.velocity_B_m_s;
   if (frame == DopplerFrame::kBeam) {
-    const auto beams = ToBeams(R_BI.transpose() * v_B, FromDegrees(options.beam_angle_deg));
+    const auto beams = ToBeams(R_BI.transpose() * v_B, ToRadians(options.beam_angle_deg));
     std::copy(beams.begin(), beams.end(), sample.velocity_m_s.begin());
     return sample;
   }

@@ -60,7 +60,7 @@ std::uint16_t SdlcCheckOf(ByteSpan bytes) {
   return static_cast<std::uint16_t>(~check);
 }
 
-ByteFramer MakeHg1700Framer() { return {&LookForHg1700, kMaxHg1700Size}; }
+ByteFramer MakeHg1700Framer() { return ByteFramer(&LookForHg1700); }
 
 std::optional<Hg1700Record> DecodeHg1700(ByteSpan bytes, Hg1700Model model) {
   if (bytes.empty()) return std::nullopt;

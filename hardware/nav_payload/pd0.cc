@@ -1,10 +1,8 @@
 #include "hardware/nav_payload/pd0.h"
 
 #include <algorithm>
-#include <numbers>
 
 #include "hardware/nav_payload/quantise.h"
-#include "hardware/nav_payload/text_numbers.h"
 
 namespace vog {
 namespace {
@@ -18,7 +16,7 @@ constexpr std::size_t kMinFixedSize = 42, kMinVariableSize = 28, kMinBottomSize 
 constexpr std::size_t kBottomMsb = 77;
 constexpr std::int16_t kBadVelocity = -32768;
 constexpr double kStep = 1e-3, kHundredth = 0.01, kTenth = 0.1;
-constexpr double kAngleStep = 0.01 * std::numbers::pi / 180;
+constexpr double kAngleStep = ToRadians(0.01);
 
 std::size_t OffsetOf(ByteSpan bytes, std::size_t i) {
   return LoadLittle<std::uint16_t>(bytes, kHeaderSize + 2 * i);
@@ -176,7 +174,7 @@ void EncodeBottom(const Pd0BottomTrack& bottom, std::span<std::uint8_t> b) {
 DopplerFrame FrameOfBits(int bits) { return static_cast<DopplerFrame>(bits); }
 int BitsOf(DopplerFrame frame) { return static_cast<int>(frame); }
 
-ByteFramer MakePd0Framer() { return {&LookForPd0, kMaxPd0Size}; }
+ByteFramer MakePd0Framer() { return ByteFramer(&LookForPd0); }
 
 std::optional<Pd0Ensemble> DecodePd0(ByteSpan bytes) {
   if (bytes.empty()) return std::nullopt;

@@ -1,7 +1,5 @@
 #include "hardware/nav_payload/pd45.h"
 
-#include <numbers>
-
 #include "hardware/nav_payload/pd0.h"
 #include "hardware/nav_payload/quantise.h"
 
@@ -12,7 +10,7 @@ constexpr std::uint8_t kHeadByte = 0x7D;
 constexpr std::size_t kSizeField = 2, kPd4Size = 45, kPd5Size = 86, kChecksumSize = 2;
 constexpr std::int16_t kBadVelocity = -32768;
 constexpr double kStep = 1e-3, kHundredth = 0.01, kTenth = 0.1;
-constexpr double kAngleStep = 0.01 * std::numbers::pi / 180;
+constexpr double kAngleStep = ToRadians(0.01);
 
 HeadOfStream LookForPd45(ByteSpan bytes) {
   if (bytes[0] != kHeadByte) return {};
@@ -84,7 +82,7 @@ void EncodeExtra(const Pd5Extra& extra, std::span<std::uint8_t> b) {
 
 }  // namespace
 
-ByteFramer MakePd45Framer() { return {&LookForPd45, kMaxPd45Size}; }
+ByteFramer MakePd45Framer() { return ByteFramer(&LookForPd45); }
 
 std::optional<Pd45Ensemble> DecodePd45(ByteSpan b) {
   if (b.empty()) return std::nullopt;

@@ -6,6 +6,7 @@
 
 #include "hardware/nav_payload/text_numbers.h"
 #include "hardware/nav_payload/time_of_day.h"
+#include "lib/geometry/pose.h"
 
 namespace vog {
 namespace {
@@ -52,7 +53,7 @@ std::optional<std::vector<double>> Numbers(const Fields& fields, std::size_t cou
 bool ReadAttitude(const Fields& fields, Pd6Ensemble& ensemble) {
   const auto n = Numbers(fields, 3);
   if (!n || fields.size() != 4) return false;
-  ensemble.attitude = NedAttitude{FromDegrees((*n)[2]), FromDegrees((*n)[0]), FromDegrees((*n)[1])};
+  ensemble.attitude = NedAttitude{ToRadians((*n)[2]), ToRadians((*n)[0]), ToRadians((*n)[1])};
   return true;
 }
 

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "hardware/nav_payload/text_numbers.h"
+#include "lib/geometry/pose.h"
 
 namespace vog {
 namespace {
@@ -29,7 +29,7 @@ double DecibarOf(PressureUnit unit) {
 }
 
 double UnescoDepth(double p_dbar, double latitude_deg) {
-  const double x = std::pow(std::sin(FromDegrees(latitude_deg)), 2);
+  const double x = std::pow(std::sin(ToRadians(latitude_deg)), 2);
   const double gravity = 9.780318 * (1 + (5.2788e-3 + 2.36e-5 * x) * x) + 1.092e-6 * p_dbar;
   return (((-1.82e-15 * p_dbar + 2.279e-10) * p_dbar - 2.2512e-5) * p_dbar + 9.72659) * p_dbar /
          gravity;

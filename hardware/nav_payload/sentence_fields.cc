@@ -5,6 +5,7 @@
 
 #include "hardware/nav_payload/text_numbers.h"
 #include "hardware/nav_payload/time_of_day.h"
+#include "lib/geometry/pose.h"
 
 namespace vog {
 namespace {
@@ -75,13 +76,13 @@ void SentenceFields::Number(double& value, int decimals) {
 void SentenceFields::Degrees(std::optional<double>& angle_rad, int decimals) {
   if (angle_rad) angle_rad = ToDegrees(*angle_rad);
   Number(angle_rad, decimals);
-  if (angle_rad) angle_rad = FromDegrees(*angle_rad);
+  if (angle_rad) angle_rad = ToRadians(*angle_rad);
 }
 
 void SentenceFields::Degrees(double& angle_rad, int decimals) {
   double deg = ToDegrees(angle_rad);
   Number(deg, decimals);
-  angle_rad = FromDegrees(deg);
+  angle_rad = ToRadians(deg);
 }
 
 void SentenceFields::Integer(int& value) {
@@ -119,7 +120,7 @@ void SentenceFields::Geographic(std::optional<double>& angle_rad, int degree_dig
   const double deg = std::floor(value / 100), minutes = value - 100 * deg;
   has_bad_field_ |= value < 0 || deg > (degree_digits == 2 ? 90 : 180) || minutes >= 60 ||
                     (half != positive && half != negative);
-  angle_rad = FromDegrees((deg + minutes / 60) * (half == negative ? -1 : 1));
+  angle_rad = ToRadians((deg + minutes / 60) * (half == negative ? -1 : 1));
 }
 
 }  // namespace vog

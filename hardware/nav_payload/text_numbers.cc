@@ -4,7 +4,6 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <numbers>
 
 namespace vog {
 namespace {
@@ -62,8 +61,5 @@ std::vector<std::string> SplitFields(std::string_view text, char separator) {
   }
   return fields;
 }
-
-double FromDegrees(double deg) { return deg * std::numbers::pi / 180; }
-double ToDegrees(double rad) { return rad * 180 / std::numbers::pi; }
 
 }  // namespace vog

@@ -23,8 +23,4 @@ std::string ToSigned(double value, int decimals);
 /// What stands between the separators, blanks around it taken away.
 std::vector<std::string> SplitFields(std::string_view text, char separator);
 
-/// Degrees to radians and back.
-double FromDegrees(double deg);
-double ToDegrees(double rad);
-
 }  // namespace vog

@@ -18,7 +18,7 @@ bool IsHeader(std::uint16_t type) {
   return type == kHeader || type == kHeaderToo || type == kHeaderAndData;
 }
 
-/// ByteVector after the packet's header; 0 for a type that is none.
+/// Bytes after the packet's header; 0 for a type that is none.
 std::size_t PayloadBytes(std::uint16_t type) {
   switch (type) {
     case kHeader:

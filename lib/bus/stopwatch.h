@@ -3,11 +3,15 @@
 #include <chrono>
 #include <thread>
 
+#include "lib/base/time.h"
+
 namespace vog {
 
 /// Real time since it was made, for progress bars and timing files; no result may depend on it.
 class Stopwatch {
  public:
+  /// For links, which take any clock that never goes back: from 0 on.
+  Time time() const { return Time(FromSeconds(seconds())); }
   double seconds() const {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <numbers>
 
 namespace vog {
 
@@ -13,6 +14,9 @@ using Mat6 = Eigen::Matrix<double, 6, 6>;
 /// X_WB * X_BS = X_WS. Frames: W world (z up), B body (x forward, y left, z up), S sonar (x along
 /// the fan's centre line, the fan in its x-y plane), M a submap, O the odometry's own world.
 using Pose3 = Eigen::Isometry3d;
+
+constexpr double ToRadians(double degrees) { return degrees * std::numbers::pi / 180; }
+constexpr double ToDegrees(double radians) { return radians * 180 / std::numbers::pi; }
 
 /// Roll, pitch and yaw [rad], R = Rz(yaw) Ry(pitch) Rx(roll).
 struct RollPitchYaw {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <numbers>
 #include <vector>
 
 #include "lib/base/config.h"
@@ -8,9 +7,6 @@
 #include "lib/geometry/pose.h"
 
 namespace vog {
-
-constexpr double ToRadians(double degrees) { return degrees * std::numbers::pi / 180; }
-constexpr double ToDegrees(double radians) { return radians * 180 / std::numbers::pi; }
 
 /// What the servo under the sonar does: keeps the fan level or swings it up and down.
 enum class TiltMode { kFixed, kSweep };

@@ -20,8 +20,8 @@ Sentence FromMessage(const hauv::bs_dvl_2_t& message);
 Sentence FromMessage(const hauv::bs_imu_t& message);
 Sentence FromMessage(const hauv::bs_rdp_t& message);
 
-/// Calls `handle(sentence, time)` with each of them on a bus, `time` when the vehicle said it.
-/// @return nothing; what cannot be decoded or is not finite calls `refuse()`.
+/// Calls `handle(sentence, time)` with each of them on a bus, `time` when the vehicle said it, and
+/// `refuse()` for each that cannot be decoded or is not finite.
 void SubscribeToHauv(Bus& bus, std::function<void(const Sentence&, Time)> handle,
                      std::function<void()> refuse);
 

@@ -72,8 +72,7 @@ NavBridgeNode::NavBridgeNode(Bus& bus, const NavBridgeSettings& settings,
 }
 
 void NavBridgeNode::StepLink(Time now) {
-  for (const auto& record : link_->Step(Time(FromSeconds(since_start_.seconds())), now))
-    Tell(record);
+  for (const auto& record : link_->Step(since_start_.time(), now)) Tell(record);
 }
 
 void NavBridgeNode::Tell(const NavigationRecord& record) {

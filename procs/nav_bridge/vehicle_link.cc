@@ -29,14 +29,6 @@ class Periodic {
   std::optional<Time> last_;
 };
 
-void CountLink(const Link& link, std::map<std::string, std::int64_t>& counters) {
-  const LinkCounters& counted = link.counters();
-  counters["link_reconnects"] = counted.reconnects;
-  counters["link_dropped"] = counted.dropped;
-  counters["link_errors"] = counted.errors;
-  counters["link_stalls"] = counted.stalls;
-}
-
 /// Speaks vogmap.dbc.
 class CanVehicle final : public VehicleLink {
  public:
@@ -47,7 +39,6 @@ class CanVehicle final : public VehicleLink {
     if (heartbeat_.IsDue(steady)) Write(PayloadHeartbeat{{{}, ToSeconds(steady), true}});
     std::vector<NavigationRecord> records;
     for (CanRead read = link_->Read(); read.outcome == ReadOutcome::kData; read = link_->Read()) {
-      if (read.frame.error) continue;  // The link counts them.
       if (const auto record = reader_.Add(read.frame)) Take(*record, records);
     }
     return records;
@@ -59,6 +50,7 @@ class CanVehicle final : public VehicleLink {
 
   void Count(std::map<std::string, std::int64_t>& counters) const override {
     CountLink(*link_, counters);
+    counters["link_stalls"] = link_->counters().stalls;
     counters["rejected_frames"] = reader_.rejected_frames();
     counters["stray_frames"] = reader_.stray_frames();
     counters["lost_records"] = reader_.lost_records();
@@ -114,6 +106,7 @@ class BluefinVehicle final : public VehicleLink {
 
   void Count(std::map<std::string, std::int64_t>& counters) const override {
     CountLink(*link_, counters);
+    counters["link_stalls"] = link_->counters().stalls;
     counters["rejected_sentences"] = rejected_;
     counters["garbage_bytes"] = lines_.garbage_bytes();
   }

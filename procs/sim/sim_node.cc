@@ -119,7 +119,7 @@ void SimNode::TellSonar(const Emissions& emissions) {
 }
 
 void SimNode::StepWires() {
-  const Time steady(FromSeconds(since_start_.seconds()));
+  const Time steady = since_start_.time();
   if (wires_.sonar_head) wires_.sonar_head->Step(steady);
   if (!wires_.front_seat) return;
   if (const auto command = wires_.front_seat->Step(steady)) {

@@ -46,7 +46,7 @@ SonarReaderNode::SonarReaderNode(Bus& bus, const SonarReaderSettings& settings,
 }
 
 void SonarReaderNode::StepLink() {
-  link_->Step(Time(FromSeconds(since_start_.seconds())));
+  link_->Step(since_start_.time());
   for (ByteRead read = link_->Read(datagram_); read.outcome == ReadOutcome::kData;
        read = link_->Read(datagram_)) {
     const auto whole = stream_.Add({datagram_.data(), read.size});

@@ -104,6 +104,10 @@ void ChildProcess::Signal(int number) {
   if (!Ended()) ::kill(-pid_, number);
 }
 
+std::filesystem::path ProgramFolder() {
+  return std::filesystem::read_symlink("/proc/self/exe").parent_path();
+}
+
 std::string HowItEnded(int status) {
   if (WIFSIGNALED(status)) return std::string("killed by ") + strsignal(WTERMSIG(status));
   return "exit status " + std::to_string(WEXITSTATUS(status));

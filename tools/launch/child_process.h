@@ -42,6 +42,9 @@ class ChildProcess {
   std::optional<int> status_;
 };
 
+/// The folder of the program that runs, where its companions are.
+std::filesystem::path ProgramFolder();
+
 /// "exit status 1" or "killed by Killed".
 std::string HowItEnded(int status);
 

@@ -26,10 +26,6 @@ std::string HostName() {
   return name.data();
 }
 
-std::filesystem::path ProgramFolder() {
-  return std::filesystem::read_symlink("/proc/self/exe").parent_path();
-}
-
 /// For the commands' lines, unless the operator has set them.
 void SetVariables(const LaunchOptions& options) {
   const auto folder = std::filesystem::absolute(options.file).parent_path().parent_path();

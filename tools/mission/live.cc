@@ -86,10 +86,6 @@ void WaitUntilComplete(LcmBus& bus, ProcessGroup& processes, const Recorder& rec
 
 }  // namespace
 
-std::filesystem::path ProgramFolder() {
-  return std::filesystem::read_symlink("/proc/self/exe").parent_path();
-}
-
 nlohmann::ordered_json RunLiveMission(const Config& config, const std::filesystem::path& folder,
                                       double speed) {
   const Stopwatch stopwatch;

@@ -15,7 +15,4 @@ namespace vog {
 nlohmann::ordered_json RunLiveMission(const Config& config, const std::filesystem::path& folder,
                                       double speed);
 
-/// The folder of the program that runs, where its companions are.
-std::filesystem::path ProgramFolder();
-
 }  // namespace vog

@@ -56,15 +56,14 @@ fs::path FindJar(const std::string& name, const std::string& package) {
 
 /// PATH below the folder of installed files; nothing where these programs are not installed.
 std::optional<fs::path> Installed(const fs::path& path) {
-  const fs::path program = fs::read_symlink("/proc/self/exe");
-  const fs::path found = program.parent_path().parent_path() / "share/vogmap" / path;
+  const fs::path found = ProgramFolder().parent_path() / "share/vogmap" / path;
   return fs::exists(found) ? std::optional(found) : std::nullopt;
 }
 
 /// The installed types, or those of the source tree around the program.
 std::vector<fs::path> TypeFiles() {
   fs::path folder = Installed("lcmtypes").value_or("");
-  fs::path above = fs::read_symlink("/proc/self/exe").parent_path();
+  fs::path above = ProgramFolder();
   for (; folder.empty() && above.has_relative_path(); above = above.parent_path())
     if (fs::exists(above / "lcmtypes/status_t.lcm")) folder = above / "lcmtypes";
   if (folder.empty()) throw SystemError("the folder lcmtypes is neither installed nor near here");

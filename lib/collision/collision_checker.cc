@@ -34,6 +34,18 @@ bool CollisionChecker::IsInsideHull(const Vec3& p_W) const {
   return ((X_PW_ * p_W).cwiseAbs().array() < presence_half_m_.array()).all();
 }
 
+Eigen::AlignedBox3d CollisionChecker::PresenceBounds() const {
+  const Pose3 X_WP = X_PW_.inverse();
+  const Vec3 half_m = X_WP.linear().cwiseAbs() * presence_half_m_;
+  return {X_WP.translation() - half_m, X_WP.translation() + half_m};
+}
+
+bool CollisionChecker::TakesForFree(bool is_occupied, const Vec3& p_W) const {
+  if (is_occupied) return presence_ == Presence::kCoversOccupied && IsInsideHull(p_W);
+  return !rules_.unknown_blocks || IsInsideHull(p_W) ||
+         (p_W - bubble_.center_W_m).norm() < bubble_.radius_m;
+}
+
 Eigen::AlignedBox3d CollisionChecker::SweptBounds(const OccupancyMap& map, const Waypoint& from,
                                                   const Waypoint& to) const {
   const double clearance_m = std::max(rules_.clearance_m, rules_.unknown_clearance_m);
@@ -55,11 +67,11 @@ void CollisionChecker::FindObstacles(const OccupancyMap& map,
   map.NotFreeIn(VoxelsOf(map.grid(), bounds_W), not_free_);
   for (const VoxelAnswer& voxel : not_free_) {
     const Vec3 center_W = map.grid().CenterOf(voxel.key);
-    if (map.IsOccupied(voxel.log_odds)) {
-      if (presence_ == Presence::kCoversUnknown || !IsInsideHull(center_W))
-        occupied_.push_back(voxel.key);
-    } else if (rules_.unknown_blocks && !IsInsideHull(center_W) &&
-               (center_W - bubble_.center_W_m).norm() >= bubble_.radius_m) {
+    const bool is_occupied = map.IsOccupied(voxel.log_odds);
+    if (TakesForFree(is_occupied, center_W)) continue;
+    if (is_occupied) {
+      occupied_.push_back(voxel.key);
+    } else {
       obstacles_.push_back({center_W, Vec3::Constant(rules_.unknown_clearance_m)});
     }
   }

@@ -42,6 +42,10 @@ class CollisionChecker {
   void SetPresence(const Waypoint& at, double margin_m,
                    Presence presence = Presence::kCoversUnknown);
   const CollisionRules& rules() const { return rules_; }
+  /// Whether a voxel around `p_W` is taken for free although the map says occupied or unknown.
+  bool TakesForFree(bool is_occupied, const Vec3& p_W) const;
+  /// Holds all voxels that this is so of for the vehicle's presence.
+  Eigen::AlignedBox3d PresenceBounds() const;
 
   /// Whether the box, grown by the clearances, is free at `at`.
   bool IsFree(const OccupancyMap& map, const Waypoint& at) const;

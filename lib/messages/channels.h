@@ -11,6 +11,7 @@
 #include "vog/map_status_t.hpp"
 #include "vog/mission_status_t.hpp"
 #include "vog/nav_t.hpp"
+#include "vog/operator_command_t.hpp"
 #include "vog/plan_t.hpp"
 #include "vog/pose_estimate_t.hpp"
 #include "vog/run_t.hpp"
@@ -52,6 +53,7 @@ inline constexpr Channel<graph_t> kGraph{"GRAPH"};
 inline constexpr Channel<pose_estimate_t> kPose{"POSE"};
 inline constexpr Channel<plan_t> kPlan{"PLAN"};
 inline constexpr Channel<mission_status_t> kMissionStatus{"MISSION_STATUS"};
+inline constexpr Channel<operator_command_t> kOperator{"OPERATOR"};
 inline constexpr Channel<control_t> kControl{"CONTROL"};
 inline constexpr Channel<control_t> kVehicleCommand{"VEHICLE_COMMAND"};
 inline constexpr Channel<map_status_t> kMapStatus{"MAP_STATUS"};

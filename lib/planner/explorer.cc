@@ -3,17 +3,23 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lib/planner/coverage_planner.h"
+#include "lib/planner/nbv_planner.h"
+
 namespace vog {
 namespace {
 
 constexpr Duration kCheckPeriod = std::chrono::seconds(1);
+constexpr Duration kLookPeriod = std::chrono::seconds(1);
 constexpr Duration kPlanTimeout = std::chrono::seconds(60);
-constexpr int kTurns = 8;
 constexpr double kHistoryStep_m = 0.5;
 constexpr double kHistoryStep_rad = 0.5;
 constexpr double kRevisitProgress_m = 0.3;
 constexpr Duration kHoldTime = std::chrono::seconds(2);
 constexpr int kMaxFailures = 30;
+/// The vehicle is at home when it is this near.
+constexpr double kHome_m = 0.5;
+constexpr int kWaysHome = 20;
 
 // Shares of the clearances that a place may offer, and the least that a plan keeps to when the
 // vehicle finds itself inside its clearances.
@@ -24,18 +30,30 @@ constexpr double kFlightShare = 0.5;
 
 }  // namespace
 
-Explorer::Explorer(const PlannerOptions& options, const ExplorationOptions& exploration,
-                   const SonarOptions& sonar, const MissionOptions& mission)
+Explorer::Explorer(const PlannerOptions& options, const MotionLimits& limits,
+                   const ExplorationOptions& exploration, const SonarOptions& sonar,
+                   const MissionOptions& mission)
     : options_(options),
       box_W_(exploration.box_W()),
       mission_(mission),
       checker_(options.collision_rules()),
-      view_(sonar, options.range_m, options.ray_step_deg, box_W_) {}
+      routes_(options, limits, box_W_) {
+  if (options.kind == PlannerKind::kNextBestView) {
+    planner_ = std::make_unique<NbvPlanner>(options, sonar, box_W_, mission.seed);
+  } else {
+    planner_ = std::make_unique<CoveragePlanner>(options, limits, sonar, box_W_, mission.seed);
+  }
+}
 
-void Explorer::SetStart(const Vec3& p_W) { checker_.SetBubble({p_W, options_.bubble_radius_m}); }
+Explorer::~Explorer() = default;
+
+void Explorer::SetStart(const Vec3& p_W) {
+  checker_.SetBubble({p_W, options_.bubble_radius_m});
+  home_ = Waypoint{p_W, 0};
+}
 
 Random Explorer::NextRandom() {
-  return Random(static_cast<std::uint64_t>(mission_.seed), "planner",
+  return Random(static_cast<std::uint64_t>(mission_.seed), "explorer",
                 static_cast<std::uint64_t>(trees_++));
 }
 
@@ -52,28 +70,74 @@ double Explorer::ExploredVolume(const OccupancyMap& map) const {
   return static_cast<double>(known) / static_cast<double>(voxels.size()) * box_W_.volume();
 }
 
-const Plan* Explorer::Update(const OccupancyMap& map, const Pose3& X_WB, Time now, int submaps) {
+const Plan* Explorer::Update(const OccupancyMap& map, const Pose3& X_WB, Time now, int submaps,
+                             const std::string& hold) {
   if (state_ == ExplorerState::kFinished) return nullptr;
   const Waypoint at = WaypointOf(X_WB);
+  const std::int64_t before = plans_;
   Remember(at);
-  if (submaps >= mission_.max_submaps) {
-    Finish("max_submaps", at);
-    return plan();
+  SpendBudget(at, now, submaps);
+  if (!Hold(hold, at) && state_ != ExplorerState::kFinished) {
+    LookAround(map, at, now);
+    if (NeedsPlan(map, at, now)) {
+      MakePlan(map, at);
+      planned_at_ = checked_at_ = now;
+    }
   }
-  if (!NeedsPlan(map, at, now)) return nullptr;
-  MakePlan(map, at);
-  planned_at_ = checked_at_ = now;
-  return plan();
+  return plans_ != before ? plan() : nullptr;
+}
+
+bool Explorer::Hold(const std::string& reason, const Waypoint& at) {
+  if (!reason.empty() && hold_.empty()) {
+    planner_->Forget();
+    SetPlan({at}, PlanKind::kSearch);
+  }
+  hold_ = reason;
+  return !hold_.empty();
+}
+
+void Explorer::SpendBudget(const Waypoint& at, Time now, int submaps) {
+  if (!started_at_) started_at_ = now;
+  if (last_at_) flown_m_ += LengthOf(*last_at_, at);
+  last_at_ = at;
+  if (state_ == ExplorerState::kReturning) return;
+  const auto is_used = [](double most, double used) { return most > 0 && used >= most; };
+  const char* reason = submaps >= mission_.max_submaps ? "max_submaps"
+                       : is_used(mission_.max_duration_s, ToSeconds(now - *started_at_))
+                           ? "max_duration"
+                       : is_used(mission_.max_distance_m, flown_m_) ? "max_distance"
+                                                                    : nullptr;
+  if (reason != nullptr) EndWith(reason, mission_.when_done == WhenDone::kReturn);
+}
+
+void Explorer::EndWith(const std::string& reason, bool goes_home) {
+  if (state_ == ExplorerState::kFinished || !last_at_) return;
+  if (end_reason_.empty()) end_reason_ = reason;
+  planner_->Forget();
+  failures_ = 0;
+  if (!goes_home || !home_) {
+    Finish(*last_at_);
+    return;
+  }
+  state_ = ExplorerState::kReturning;
+  plan_.reset();
+}
+
+void Explorer::LookAround(const OccupancyMap& map, const Waypoint& at, Time now) {
+  if (state_ != ExplorerState::kExploring || now - looked_at_ < kLookPeriod) return;
+  looked_at_ = now;
+  planner_->Look(map, at);
 }
 
 bool Explorer::NeedsPlan(const OccupancyMap& map, const Waypoint& at, Time now) {
-  if (!plan_ || now - planned_at_ > kPlanTimeout) return true;
+  if (!plan_ || kind_ == PlanKind::kSearch || now - planned_at_ > kPlanTimeout) return true;
   if (kind_ == PlanKind::kHold) return now - planned_at_ > kHoldTime;
   if (HasReached(at)) return true;
   // The way back was flown before; the map that says otherwise has moved.
   if (kind_ == PlanKind::kWayBack || now - checked_at_ < kCheckPeriod) return false;
   checked_at_ = now;
-  return IsBlocked(map, at);
+  return IsBlocked(map, at) ||
+         (state_ == ExplorerState::kExploring && planner_->IsObsolete(map, plan_->path));
 }
 
 bool Explorer::HasReached(const Waypoint& at) const {
@@ -105,14 +169,19 @@ bool Explorer::IsBlocked(const OccupancyMap& map, const Waypoint& at) const {
 }
 
 void Explorer::MakePlan(const OccupancyMap& map, const Waypoint& at) {
-  const bool found = state_ == ExplorerState::kRevisiting ? Revisit(map, at) : Explore(map, at);
+  bool found = false;
+  if (state_ == ExplorerState::kExploring) found = Explore(map, at);
+  if (state_ == ExplorerState::kRevisiting) found = Revisit(map, at);
+  if (state_ == ExplorerState::kReturning) found = ReturnHome(map, at);
   if (state_ == ExplorerState::kFinished) return;
   failures_ = found ? 0 : failures_ + 1;
   if (found || BackOut(map, at) || Escape(map, at)) return;
-  if (failures_ > kMaxFailures) {
-    Finish("stuck", at);
-  } else {
+  if (failures_ <= kMaxFailures) {
     SetPlan({at}, PlanKind::kHold);  // The next scans may clear what is in the way.
+  } else if (state_ == ExplorerState::kReturning) {
+    Finish(at);
+  } else {
+    EndWith("stuck", mission_.when_done == WhenDone::kReturn);
   }
 }
 
@@ -143,30 +212,52 @@ std::optional<CollisionChecker> Explorer::CheckerFor(const OccupancyMap& map, co
 bool Explorer::Explore(const OccupancyMap& map, const Waypoint& at) {
   const auto checker = CheckerFor(map, at);
   if (!checker) return false;
-  const TreeContext context{map, *checker, view_};
-  Random random = NextRandom();
-  NbvTree tree(options_, box_W_, at);
-  tree.AddBranch(context, remainder_);
-  tree.GrowTo(context, options_.tree_nodes, random);
-  if (tree.best() == 0) tree.AddTurns(context, kTurns);
-  if (tree.best() == 0) tree.GrowTo(context, options_.max_tree_nodes, random);
-  if (tree.best() != 0) {
-    UseFirstEdge(tree);
+  ViewPlan found = planner_->Plan(map, *checker, at);
+  switch (found.outcome) {
+    case ViewPlan::Outcome::kGo:
+      SetPlan(std::move(found.path), PlanKind::kPath, std::move(found.tree), found.best);
+      if (HasReached(at)) kind_ = PlanKind::kHold;
+      return true;
+    case ViewPlan::Outcome::kLookOn:
+      if (kind_ != PlanKind::kSearch) SetPlan({at}, PlanKind::kSearch);
+      return true;
+    case ViewPlan::Outcome::kNoWay:
+      return false;
+    case ViewPlan::Outcome::kNothing:
+      break;
+  }
+  if (mission_.when_done == WhenDone::kRevisit) {
+    state_ = ExplorerState::kRevisiting;
+  } else {
+    EndWith("nothing_to_gain", mission_.when_done == WhenDone::kReturn);
+  }
+  return false;
+}
+
+bool Explorer::ReturnHome(const OccupancyMap& map, const Waypoint& at) {
+  if (LengthOf(at, *home_) < kHome_m) {
+    is_home_ = true;
+    Finish(at);
     return true;
   }
-  if (tree.nodes().size() < 2) return false;
-  if (mission_.when_done == WhenDone::kEnd) {
-    Finish("nothing_to_gain", at);
-    return false;
+  const auto checker = CheckerFor(map, at);
+  if (!checker) return false;
+  for (int tries = 0; tries < kWaysHome; ++tries) {
+    routes_.Search(map, *checker, at);
+    const auto home = routes_.ReachedNear(home_->position_W_m, kHome_m);
+    if (!home) return false;
+    auto way = routes_.RouteTo(map, *checker, *home, at.yaw_rad);
+    if (!way) continue;
+    SetPlan(std::move(*way), PlanKind::kPath);
+    return true;
   }
-  state_ = ExplorerState::kRevisiting;
-  return Revisit(map, at);
+  return false;
 }
 
 bool Explorer::Revisit(const OccupancyMap& map, const Waypoint& at) {
   const auto checker = CheckerFor(map, at);
   if (!checker) return false;
-  const TreeContext context{map, *checker, view_};
+  const TreeContext context{map, *checker, {}};
   for (std::size_t tries = 0; tries < history_.size(); ++tries) {
     const Waypoint target = history_[next_revisit_ % history_.size()];
     Random random = NextRandom();
@@ -176,8 +267,7 @@ bool Explorer::Revisit(const OccupancyMap& map, const Waypoint& at) {
     const bool gets_nearer = left_m < LengthOf(at, target) - kRevisitProgress_m;
     if (!gets_nearer || left_m < kRevisitProgress_m) ++next_revisit_;
     if (!gets_nearer) continue;
-    remainder_.clear();
-    SetPlan(tree.BranchTo(node), PlanKind::kPath, &tree, node);
+    SetPlan(tree.BranchTo(node), PlanKind::kPath, tree.nodes(), node);
     return true;
   }
   return false;
@@ -188,7 +278,7 @@ bool Explorer::BackOut(const OccupancyMap& map, const Waypoint& at) {
   for (auto back = history_.rbegin(); back != history_.rend(); ++back) {
     path.push_back(*back);
     if (LengthOf(at, *back) < kHistoryStep_m || FreeShareAt(map, *back) < kLeastShare) continue;
-    remainder_.clear();
+    planner_->Forget();
     SetPlan(std::move(path), PlanKind::kWayBack);
     return true;
   }
@@ -199,7 +289,7 @@ bool Explorer::Escape(const OccupancyMap& map, const Waypoint& at) {
   CollisionChecker hull = checker_.Scaled(0);
   // What the map shows inside the hull cannot be there.
   hull.SetPresence(at, map.grid().voxel_size_m(), CollisionChecker::Presence::kCoversOccupied);
-  const TreeContext context{map, hull, view_};
+  const TreeContext context{map, hull, {}};
   Random random = NextRandom();
   NbvTree tree(options_, box_W_, at);
   tree.Spread(context, options_.tree_nodes, random);
@@ -212,27 +302,19 @@ bool Explorer::Escape(const OccupancyMap& map, const Waypoint& at) {
     best_share = share;
   }
   if (best == 0) return false;
-  remainder_.clear();
-  SetPlan(tree.BranchTo(best), PlanKind::kWayBack, &tree, best);
+  planner_->Forget();
+  SetPlan(tree.BranchTo(best), PlanKind::kWayBack, tree.nodes(), best);
   return true;
 }
 
-void Explorer::UseFirstEdge(const NbvTree& tree) {
-  std::vector<Waypoint> branch = tree.BranchTo(tree.best());
-  remainder_.assign(branch.begin() + 2, branch.end());
-  branch.resize(2);
-  SetPlan(std::move(branch), PlanKind::kPath, &tree, tree.best());
-}
-
-void Explorer::SetPlan(std::vector<Waypoint> path, PlanKind kind, const NbvTree* tree, int best) {
-  plan_ = Plan{++plans_, std::move(path), {}, best};
-  if (tree != nullptr) plan_->tree = tree->nodes();
+void Explorer::SetPlan(std::vector<Waypoint> path, PlanKind kind, std::vector<TreeNode> tree,
+                       int best) {
+  plan_ = Plan{++plans_, std::move(path), std::move(tree), best};
   kind_ = kind;
 }
 
-void Explorer::Finish(const char* reason, const Waypoint& at) {
+void Explorer::Finish(const Waypoint& at) {
   state_ = ExplorerState::kFinished;
-  end_reason_ = reason;
   SetPlan({at}, PlanKind::kHold);
 }
 

@@ -1,13 +1,16 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "lib/base/time.h"
 #include "lib/planner/mission_options.h"
-#include "lib/planner/nbv_tree.h"
+#include "lib/planner/routes.h"
+#include "lib/planner/view_planner.h"
+#include "lib/scan/sonar.h"
 
 namespace vog {
 
@@ -19,25 +22,28 @@ struct Plan {
   int best = -1;  ///< Node that the best branch ends in.
 };
 
-enum class ExplorerState { kExploring, kRevisiting, kFinished };
+enum class ExplorerState { kExploring, kRevisiting, kReturning, kFinished };
 
-/// The receding-horizon next-best-view exploration of section IV-B as a machine that is told poses
-/// and says where to go: it grows a tree, sends the first edge of the best branch, keeps the rest
-/// to start the next tree with, and ends when no view gains anything or the budget is used.
+/// The exploration as a machine that is told poses and says where to go: it asks a planner of views
+/// for the next path, watches it while it is flown, and when no view gains anything or a budget is
+/// used goes home and ends.
 ///
-/// Beyond the paper: a tree that cannot reach N_max nodes is used as it is; the path is tested
-/// again while it is flown; a hull that finds itself inside its own clearance after the map has
-/// moved backs out along the way it came, or else leaves with the bare hull.
+/// The path is tested again while it is flown; a hull that finds itself inside its own clearance
+/// after the map has moved backs out along the way it came, or else leaves with the bare hull.
 class Explorer {
  public:
-  Explorer(const PlannerOptions& options, const ExplorationOptions& exploration,
-           const SonarOptions& sonar, const MissionOptions& mission);
+  Explorer(const PlannerOptions& options, const MotionLimits& limits,
+           const ExplorationOptions& exploration, const SonarOptions& sonar,
+           const MissionOptions& mission);
+  ~Explorer();
 
-  /// The place around which unknown space is taken for free: where the vehicle started.
+  /// Where the vehicle started: home, and the place around which unknown space is taken for free.
   void SetStart(const Vec3& p_W);
 
-  /// To be called with every pose. Returns the new plan when there is one.
-  const Plan* Update(const OccupancyMap& map, const Pose3& X_WB, Time now, int submaps);
+  /// To be called with every pose. Returns the new plan when there is one. While `hold` tells a
+  /// reason the vehicle stays where it is.
+  const Plan* Update(const OccupancyMap& map, const Pose3& X_WB, Time now, int submaps,
+                     const std::string& hold = {});
 
   /// Known volume inside the exploration box, by every third voxel on each axis [m^3].
   double ExploredVolume(const OccupancyMap& map) const;
@@ -45,22 +51,35 @@ class Explorer {
   /// The plan in force; nullptr before the first.
   const Plan* plan() const { return plan_ ? &*plan_ : nullptr; }
   ExplorerState state() const { return state_; }
-  /// nothing_to_gain, max_submaps or stuck; empty until finished.
+  /// nothing_to_gain, max_submaps, max_duration, max_distance, stuck, or what EndWith() was told;
+  /// empty while exploring.
   const std::string& end_reason() const { return end_reason_; }
+  /// Why it stays where it is, as Update() was told; empty while it does not.
+  const std::string& hold() const { return hold_; }
+  /// Whether the vehicle has come home in the end.
+  bool is_home() const { return is_home_; }
+
+  /// Ends the exploration: goes home, or stays when `goes_home` is false.
+  void EndWith(const std::string& reason, bool goes_home);
 
  private:
   enum class PlanKind {
     kPath,     ///< Tested while it is flown.
     kWayBack,  ///< Out of a place that the map has closed; not tested.
     kHold,     ///< Stay for a while.
+    kSearch,   ///< Stay until the planner has looked at all places.
   };
 
+  bool Hold(const std::string& reason, const Waypoint& at);
+  void SpendBudget(const Waypoint& at, Time now, int submaps);
+  void LookAround(const OccupancyMap& map, const Waypoint& at, Time now);
   bool NeedsPlan(const OccupancyMap& map, const Waypoint& at, Time now);
   bool HasReached(const Waypoint& at) const;
   bool IsBlocked(const OccupancyMap& map, const Waypoint& at) const;
   void MakePlan(const OccupancyMap& map, const Waypoint& at);
   bool Explore(const OccupancyMap& map, const Waypoint& at);
   bool Revisit(const OccupancyMap& map, const Waypoint& at);
+  bool ReturnHome(const OccupancyMap& map, const Waypoint& at);
   /// Back along the way the vehicle came, to where there is room.
   bool BackOut(const OccupancyMap& map, const Waypoint& at);
   /// With the bare hull to any place with more room than here.
@@ -73,10 +92,9 @@ class Explorer {
   /// The rules to plan with from `at`; nothing where it offers too little.
   std::optional<CollisionChecker> CheckerFor(const OccupancyMap& map, const Waypoint& at);
 
-  void UseFirstEdge(const NbvTree& tree);
-  void SetPlan(std::vector<Waypoint> path, PlanKind kind, const NbvTree* tree = nullptr,
+  void SetPlan(std::vector<Waypoint> path, PlanKind kind, std::vector<TreeNode> tree = {},
                int best = -1);
-  void Finish(const char* reason, const Waypoint& at);
+  void Finish(const Waypoint& at);
   void Remember(const Waypoint& at);
   Random NextRandom();
 
@@ -84,14 +102,19 @@ class Explorer {
   Eigen::AlignedBox3d box_W_;
   MissionOptions mission_;
   CollisionChecker checker_;
-  ViewGain view_;
+  std::unique_ptr<ViewPlanner> planner_;
+  Routes routes_;
 
   ExplorerState state_ = ExplorerState::kExploring;
-  std::string end_reason_;
+  std::string end_reason_, hold_;
+  std::optional<Waypoint> home_;
+  bool is_home_ = false;
   std::optional<Plan> plan_;
   PlanKind kind_ = PlanKind::kHold;
-  std::vector<Waypoint> remainder_;  // Of the last best branch, behind its first edge.
-  Time planned_at_, checked_at_;
+  Time planned_at_, checked_at_, looked_at_;
+  std::optional<Time> started_at_;
+  double flown_m_ = 0;
+  std::optional<Waypoint> last_at_;
   double flight_share_ = 0;  // Of the clearances, that the plan in flight must keep.
   std::int64_t plans_ = 0, trees_ = 0;
   std::vector<Waypoint> history_;

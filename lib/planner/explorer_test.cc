@@ -15,8 +15,8 @@ class ExplorerTest : public testing::Test {
   ExplorerTest() { Restart(); }
 
   void Restart() {
-    explorer_.emplace(options_, ExplorationOptions{ChamberBox().min(), ChamberBox().max()}, sonar_,
-                      mission_);
+    explorer_.emplace(options_, MotionLimits{},
+                      ExplorationOptions{ChamberBox().min(), ChamberBox().max()}, sonar_, mission_);
     explorer_->SetStart(kStart.position_W_m);
     known_ = GridMap(kChamberVoxel_m);
     at_ = kStart;

@@ -111,7 +111,7 @@ int NbvTree::AddNode(int parent, const Waypoint& at) {
 void NbvTree::AddView(const TreeContext& context, int parent, const Waypoint& at) {
   const int index = AddNode(parent, at);
   TreeNode& node = nodes_[index];
-  node.visible = context.view.Visible(context.map, at);
+  node.visible = context.visible(at);
   if (node.visible < options_.zero_gain_voxels) node.visible = 0;
   const double cost_m = options_.discount == Discount::kEdge ? node.edge_m : node.from_root_m;
   node.gain = nodes_[parent].gain + node.visible * std::exp(-options_.lambda_1_m * cost_m);

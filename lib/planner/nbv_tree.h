@@ -1,12 +1,13 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <vector>
 
 #include "lib/base/random.h"
 #include "lib/collision/collision_checker.h"
+#include "lib/geometry/waypoint.h"
 #include "lib/planner/planner_options.h"
-#include "lib/planner/view_gain.h"
 
 namespace vog {
 
@@ -23,7 +24,7 @@ struct TreeNode {
 struct TreeContext {
   const OccupancyMap& map;
   const CollisionChecker& checker;
-  const ViewGain& view;
+  std::function<int(const Waypoint&)> visible;  ///< Visible(M, xi) of eq. 7.
 };
 
 /// The rapidly exploring random tree of section IV-B: views that the vehicle can fly to, each with

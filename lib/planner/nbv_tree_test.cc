@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "lib/planner/chamber_testing.h"
+#include "lib/planner/view_gain.h"
 
 namespace vog {
 namespace {
@@ -17,7 +18,10 @@ class NbvTreeTest : public testing::Test {
     options_.lambda_1_m = 0.3;
   }
 
-  TreeContext Context() const { return {map_, checker_, view_}; }
+  TreeContext Context() const { return ContextOn(map_); }
+  TreeContext ContextOn(const GridMap& map) const {
+    return {map, checker_, [&](const Waypoint& at) { return view_.Visible(map, at); }};
+  }
   NbvTree Grown(int nodes, int seed = 1) const {
     NbvTree tree(options_, ChamberBox(), kRoot);
     Random random(static_cast<std::uint64_t>(seed), "tree");
@@ -102,7 +106,7 @@ TEST_F(NbvTreeTest, EndsWhereNoSampleFits) {
   const GridMap nothing_known(kChamberVoxel_m);
   NbvTree tree(options_, ChamberBox(), kRoot);
   Random random(1, "tree");
-  tree.GrowTo({nothing_known, checker_, view_}, 15, random);
+  tree.GrowTo(ContextOn(nothing_known), 15, random);
   EXPECT_EQ(tree.nodes().size(), 1u);
   EXPECT_EQ(tree.best(), 0);
 }

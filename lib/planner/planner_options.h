@@ -26,19 +26,29 @@ struct ExplorationOptions {
   }
 };
 
-enum class PlannerKind { kNextBestView };
+enum class PlannerKind {
+  kCoverage,      ///< The best view of all that can be reached.
+  kNextBestView,  ///< The paper's tree.
+};
 /// The planners' names in configuration files and metrics.
 inline const Names<PlannerKind>& PlannerKindNames() {
-  static const Names<PlannerKind> names = {{PlannerKind::kNextBestView, "nbvp"}};
+  static const Names<PlannerKind> names = {{PlannerKind::kCoverage, "coverage"},
+                                           {PlannerKind::kNextBestView, "nbvp"}};
   return names;
 }
+
+/// How fast plans are flown.
+struct MotionLimits {
+  double max_speed_m_s = 0.25;
+  double max_yaw_rate_rad_s = 0.15;
+};
 
 enum class UnknownSpace { kBlocks, kPassable };
 /// c of eq. 7: the length of the edge, as it prints, or of the path from the root.
 enum class Discount { kEdge, kRoot };
 
 struct PlannerOptions {
-  PlannerKind kind = PlannerKind::kNextBestView;
+  PlannerKind kind = PlannerKind::kCoverage;
   UnknownSpace unknown = UnknownSpace::kBlocks;
   Discount discount = Discount::kEdge;
   double lambda_1_m = 0.5;
@@ -49,6 +59,8 @@ struct PlannerOptions {
   double range_m = 5;
   double ray_step_deg = 1.5;
   int zero_gain_voxels = 50;
+  double view_time_s = 4;
+  double surface_weight = 5;
   Vec3 hull_size_m = {1.0, 1.0, 0.5};
   double clearance_m = 0.15;
   double unknown_clearance_m = 0.05;
@@ -59,7 +71,8 @@ struct PlannerOptions {
   double goal_tolerance_rad = 0.1;
 
   void Visit(OptionsVisitor& v) {
-    v("kind", kind, PlannerKindNames(), "receding-horizon next-best-view tree");
+    v("kind", kind, PlannerKindNames(),
+      "coverage: the best view of all that can be reached; nbvp: the paper's tree of random views");
     v("unknown", unknown,
       Names<UnknownSpace>{{UnknownSpace::kBlocks, "blocks"}, {UnknownSpace::kPassable, "passable"}},
       "whether the vehicle may move through space that nobody has seen");
@@ -73,6 +86,11 @@ struct PlannerOptions {
     v("range_m", range_m, Between(0.1, 500), "d_planner_max: how far a view is counted");
     v("ray_step_deg", ray_step_deg, Between(0.05, 30), "angle between the rays of a view");
     v("zero_gain_voxels", zero_gain_voxels, Between(0, 1e9), "a smaller view counts as nothing");
+    v("view_time_s", view_time_s, Between(0.1, 1000),
+      "coverage: what a view costs beside the way to it; much makes the vehicle go far for much to "
+      "see, little takes what is near");
+    v("surface_weight", surface_weight, Between(0, 1000),
+      "coverage: an unknown voxel beside an occupied one counts like this many others");
     v("hull_size_m", hull_size_m, Between(0.01, 100), "the vehicle's box");
     v("clearance_m", clearance_m, Between(0, 10), "kept between the box and occupied voxels");
     v("unknown_clearance_m", unknown_clearance_m, Between(0, 10), "and unknown ones");

@@ -17,23 +17,6 @@ std::vector<double> Spread(double half_rad, double step_rad) {
 
 }  // namespace
 
-void ViewGain::Marks::Begin(const VoxelBox& box) {
-  const bool fits = box.count() <= stamps_.size();
-  if (!fits || ++stamp_ == 0) {
-    stamps_.assign(std::max(box.count(), stamps_.size()), 0);
-    stamp_ = 1;
-  }
-  box_ = box;
-}
-
-bool ViewGain::Marks::Mark(const VoxelKey& key) {
-  if (!box_.Contains(key)) return false;
-  std::uint32_t& stamp = stamps_[box_.IndexOf(key)];
-  if (stamp == stamp_) return false;
-  stamp = stamp_;
-  return true;
-}
-
 ViewGain::ViewGain(const SonarOptions& sonar, double range_m, double ray_step_deg,
                    const Eigen::AlignedBox3d& box_W)
     : min_range_m_(sonar.min_range_m),
@@ -47,20 +30,21 @@ ViewGain::ViewGain(const SonarOptions& sonar, double range_m, double ray_step_de
       directions_B_.push_back(SonarPose(sonar, tilt).linear() * BeamDirection(bearing));
 }
 
-int ViewGain::Visible(const OccupancyMap& map, const Waypoint& at) const {
+const std::vector<VoxelKey>& ViewGain::See(const OccupancyMap& map, const Waypoint& at) const {
   const Pose3 X_WB = at.X_WB();
   const Vec3 origin_W = X_WB * p_BS_m_;
   const Vec3 reach = Vec3::Constant(range_m_);
   const Eigen::AlignedBox3d view_W(origin_W - reach, origin_W + reach);
   const Eigen::AlignedBox3d counted_W = view_W.intersection(box_W_);
-  if (counted_W.isEmpty()) return 0;
+  unknown_.clear();
+  if (counted_W.isEmpty()) return unknown_;
   marks_.Begin(VoxelsOf(map.grid(), counted_W));
   directions_W_.clear();
   for (const Vec3& direction_B : directions_B_)
     directions_W_.push_back(X_WB.linear() * direction_B);
   map.SeeUnknown(origin_W, directions_W_, min_range_m_, range_m_, unknown_);
-  return static_cast<int>(std::count_if(unknown_.begin(), unknown_.end(),
-                                        [this](const VoxelKey& key) { return marks_.Mark(key); }));
+  std::erase_if(unknown_, [this](const VoxelKey& key) { return !marks_.Mark(key); });
+  return unknown_;
 }
 
 }  // namespace vog

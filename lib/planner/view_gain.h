@@ -5,6 +5,7 @@
 
 #include "lib/geometry/waypoint.h"
 #include "lib/occupancy/occupancy_map.h"
+#include "lib/planner/voxel_marks.h"
 #include "lib/scan/sonar.h"
 
 namespace vog {
@@ -17,28 +18,20 @@ class ViewGain {
            const Eigen::AlignedBox3d& box_W);
 
   /// Cost: one ray cast a ray, see rays().
-  int Visible(const OccupancyMap& map, const Waypoint& at) const;
+  int Visible(const OccupancyMap& map, const Waypoint& at) const {
+    return static_cast<int>(See(map, at).size());
+  }
+  /// The voxels themselves, each once; valid until the next call.
+  const std::vector<VoxelKey>& See(const OccupancyMap& map, const Waypoint& at) const;
 
   std::size_t rays() const { return directions_B_.size(); }
 
  private:
-  /// Marks voxels around a view, so that each counts once.
-  class Marks {
-   public:
-    void Begin(const VoxelBox& box);
-    bool Mark(const VoxelKey& key);
-
-   private:
-    VoxelBox box_;
-    std::vector<std::uint32_t> stamps_;
-    std::uint32_t stamp_ = 0;
-  };
-
   double min_range_m_, range_m_;
   Vec3 p_BS_m_;
   std::vector<Vec3> directions_B_;
   Eigen::AlignedBox3d box_W_;
-  mutable Marks marks_;
+  mutable VoxelMarks marks_;
   mutable std::vector<Vec3> directions_W_;  // Of the last view; kept for their memory.
   mutable std::vector<VoxelKey> unknown_;   // Likewise.
 };

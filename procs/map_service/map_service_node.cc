@@ -195,8 +195,8 @@ void MapServiceNode::OnMissionStatus(const mission_status_t& message) {
   if (message.state != "finished" || is_finished_) return;
   is_finished_ = true;
   const SubmapPtr last = builder_.Close();
-  // What was seen beyond the budget does not belong to the mission.
-  if (last && message.end_reason != kBudgetUsed) OnClosed(last, newest_);
+  // What was seen beyond the budget belongs to the mission only on the way home.
+  if (last && (message.end_reason != kBudgetUsed || message.is_home)) OnClosed(last, newest_);
   ShowOpen();
   CompleteIfDone(newest_);
 }

@@ -5,6 +5,7 @@
 
 #include "lib/baselines/make_submap_map.h"
 #include "lib/bus/lcm_bus.h"
+#include "lib/control/path_follower.h"
 
 namespace vog {
 namespace {
@@ -15,6 +16,8 @@ const char* NameOf(ExplorerState state) {
       return "exploring";
     case ExplorerState::kRevisiting:
       return "revisiting";
+    case ExplorerState::kReturning:
+      return "returning";
     case ExplorerState::kFinished:
       break;
   }
@@ -50,8 +53,10 @@ plan_t ToMessage(const Plan& plan) {
 }  // namespace
 
 PlannerSettings PlannerSettings::From(const Config& config) {
+  const auto controller = config.Read<ControllerOptions>("controller");
   PlannerSettings settings{config.Read<MissionOptions>("mission"),
                            config.Read<PlannerOptions>("planner"),
+                           {controller.max_speed_m_s, controller.max_yaw_rate_rad_s},
                            config.Read<ExplorationOptions>("exploration"),
                            config.Read<SonarOptions>("sonar"),
                            config.Read<SubmapOptions>("submap"),
@@ -66,7 +71,8 @@ PlannerSettings PlannerSettings::From(const Config& config) {
 PlannerNode::PlannerNode(Bus& bus, const PlannerSettings& settings)
     : settings_(settings),
       endpoint_(bus, "vog-planner", settings.run_id),
-      explorer_(settings.planner, settings.exploration, settings.sonar, settings.mission),
+      explorer_(settings.planner, settings.limits, settings.exploration, settings.sonar,
+                settings.mission),
       map_(MakeSubmapMap(settings.map.method, settings.submap.voxel_size_m,
                          SensorModel(settings.sensor_model))),
       submaps_(*map_, settings.fuse, SensorModel(settings.sensor_model)),
@@ -231,7 +237,9 @@ void PlannerNode::PublishPlan(const Plan& plan, Time time) {
 void PlannerNode::PublishMissionStatus(Time time) {
   mission_status_t status{};
   status.state = is_complete_ ? "finished" : has_start_ ? NameOf(explorer_.state()) : "waiting";
+  status.hold = explorer_.hold();
   status.end_reason = explorer_.end_reason();
+  status.is_home = explorer_.is_home();
   status.plans = explorer_.plan() != nullptr ? explorer_.plan()->id : 0;
   status.submaps = std::max(0, receiver_.announced());
   status.explored_m3 = explored_m3_;

@@ -23,6 +23,7 @@ namespace vog {
 struct PlannerSettings {
   MissionOptions mission;
   PlannerOptions planner;
+  MotionLimits limits;
   ExplorationOptions exploration;
   SonarOptions sonar;
   SubmapOptions submap;

@@ -1,0 +1,222 @@
+#include "lib/planner/coverage_planner.h"
+
+#include <algorithm>
+#include <cmath>
+#include <queue>
+
+namespace vog {
+namespace {
+
+// Places looked at in one plan: those that are new, and those that may have less than they had.
+constexpr int kNewPlaces = 40, kOldPlaces = 40;
+/// Views whose ways are tested in one plan.
+constexpr int kWays = 12;
+/// A view is done with when less than this share of it is left.
+constexpr double kShareLeft = 0.2;
+/// Full cycles of the sweep after which what stays unknown will not be seen.
+constexpr double kCycles = 2;
+
+int LooksInVain(const SonarOptions& sonar) {
+  const double cycle_s =
+      sonar.tilt == TiltMode::kSweep ? 4 * sonar.tilt_amplitude_deg / sonar.tilt_rate_deg_s : 1;
+  return std::clamp(static_cast<int>(std::ceil(kCycles * cycle_s)), 2, 255);
+}
+
+}  // namespace
+
+CoveragePlanner::CoveragePlanner(const PlannerOptions& options, const MotionLimits& limits,
+                                 const SonarOptions& sonar, const Eigen::AlignedBox3d& box_W,
+                                 std::int64_t seed)
+    : options_(options),
+      limits_(limits),
+      box_W_(box_W),
+      seed_(seed),
+      view_(sonar, options.range_m, options.ray_step_deg, box_W),
+      panorama_(sonar, options.range_m, box_W),
+      looked_at_(box_W, LooksInVain(sonar)),
+      routes_(options, limits, box_W) {}
+
+void CoveragePlanner::Look(const OccupancyMap& map, const Waypoint& at) {
+  looked_at_.Note(map.grid(), view_.See(map, at));
+}
+
+double CoveragePlanner::WeightOf(const VoxelKey& key) const {
+  if (looked_at_.IsInVain(key)) return 0;
+  return routes_.free_space().IsNextToOccupied(key) ? options_.surface_weight : 1;
+}
+
+double CoveragePlanner::GainAt(const OccupancyMap& map, const Waypoint& at) const {
+  double gain = 0;
+  for (const VoxelKey& key : view_.See(map, at)) gain += WeightOf(key);
+  return gain;
+}
+
+bool CoveragePlanner::IsObsolete(const OccupancyMap& map, const std::vector<Waypoint>& path) const {
+  return GainAt(map, path.back()) < kShareLeft * gain_of_plan_;
+}
+
+CoveragePlanner::Known& CoveragePlanner::KnownOf(const Reached& reached) {
+  return reached.place < 0 ? known_.back() : known_[static_cast<std::size_t>(reached.place)];
+}
+
+void CoveragePlanner::LookFrom(const OccupancyMap& map, const Reached& reached) {
+  KnownOf(reached) = {panorama_.Look(map, routes_.PositionOf(reached),
+                                     [this](const VoxelKey& key) { return WeightOf(key); }),
+                      plans_};
+}
+
+double CoveragePlanner::UtilityOf(const Reached& reached, int heading, const Waypoint& at) const {
+  const double turn_rad = WrapAngle(YawOfHeading(heading) - at.yaw_rad);
+  return 1 / (options_.view_time_s +
+              std::max(reached.time_s, std::abs(turn_rad) / limits_.max_yaw_rate_rad_s));
+}
+
+CoveragePlanner::View CoveragePlanner::BestViewAt(int index, const Waypoint& at) {
+  const Reached& reached = routes_.reached()[static_cast<std::size_t>(index)];
+  const GainByHeading& gain = KnownOf(reached).gain;
+  View best{index, 0, 0};
+  for (int heading = 0; heading < kHeadings; ++heading) {
+    const double voxels = gain[static_cast<std::size_t>(heading)];
+    if ((reached.arc >> heading & 1) == 0 || voxels < options_.zero_gain_voxels) continue;
+    const double utility = voxels * UtilityOf(reached, heading, at);
+    if (utility > best.utility) best = {index, heading, utility};
+  }
+  return best;
+}
+
+void CoveragePlanner::LookAtNewPlaces(const OccupancyMap& map) {
+  known_.resize(static_cast<std::size_t>(routes_.free_space().places()) + 1);
+  LookFrom(map, routes_.reached().front());
+  int looked = 0;
+  for (const Reached& reached : routes_.reached()) {
+    if (KnownOf(reached).in_plan >= 0) continue;
+    if (++looked > kNewPlaces) return;
+    LookFrom(map, reached);
+  }
+}
+
+CoveragePlanner::View CoveragePlanner::FindBest(const OccupancyMap& map, const Waypoint& at) {
+  const auto worse = [](const View& a, const View& b) {
+    return std::tie(a.utility, b.reached) < std::tie(b.utility, a.reached);
+  };
+  std::priority_queue<View, std::vector<View>, decltype(worse)> queue(worse);
+  for (std::size_t i = 0; i < routes_.reached().size(); ++i) {
+    const View view = BestViewAt(static_cast<int>(i), at);
+    if (view.utility > 0) queue.push(view);
+  }
+  int looked = 0;
+  while (!queue.empty()) {
+    const View view = queue.top();
+    queue.pop();
+    const Reached& reached = routes_.reached()[static_cast<std::size_t>(view.reached)];
+    if (KnownOf(reached).in_plan == plans_) {
+      // Where the panorama promises something, look with all rays.
+      const Waypoint to{routes_.PositionOf(reached), YawOfHeading(view.heading)};
+      const double gain = GainAt(map, to);
+      float& promised = KnownOf(reached).gain[static_cast<std::size_t>(view.heading)];
+      if (gain >= options_.zero_gain_voxels && gain >= promised / 2) {
+        gain_of_plan_ = gain;
+        return view;
+      }
+      promised = static_cast<float>(gain);
+    } else {
+      if (++looked > kOldPlaces) break;
+      LookFrom(map, reached);
+    }
+    const View again = BestViewAt(view.reached, at);
+    if (again.utility > 0) queue.push(again);
+  }
+  return {};
+}
+
+std::vector<Waypoint> CoveragePlanner::FirstPartOf(const std::vector<Waypoint>& way) const {
+  std::vector<Waypoint> part = {way.front()};
+  double left_m = options_.max_edge_m;
+  for (std::size_t i = 1; i < way.size(); ++i) {
+    const double length_m = LengthOf(way[i - 1], way[i]);
+    if (length_m > left_m) {
+      part.push_back(Interpolate(way[i - 1], way[i], left_m / length_m));
+      break;
+    }
+    part.push_back(way[i]);
+    left_m -= length_m;
+  }
+  return part;
+}
+
+ViewPlan CoveragePlanner::GoTo(const View& view, std::vector<Waypoint> way) {
+  ViewPlan plan;
+  plan.outcome = ViewPlan::Outcome::kGo;
+  for (const Waypoint& waypoint : way) {
+    TreeNode node{.at = waypoint, .parent = static_cast<int>(plan.tree.size()) - 1};
+    if (node.parent >= 0) {
+      const TreeNode& before = plan.tree.back();
+      node.edge_m = LengthOf(before.at, waypoint);
+      node.from_root_m = before.from_root_m + node.edge_m;
+    }
+    plan.tree.push_back(node);
+  }
+  plan.tree.back().visible = static_cast<int>(gain_of_plan_);
+  plan.tree.back().gain = view.utility;
+  plan.best = static_cast<int>(plan.tree.size()) - 1;
+  plan.path = FirstPartOf(way);
+  return plan;
+}
+
+ViewPlan CoveragePlanner::LookForMore(const OccupancyMap& map) {
+  ViewPlan plan;
+  if (nothing_since_ < 0) nothing_since_ = plans_;
+  int looked = 0;
+  for (const Reached& reached : routes_.reached()) {
+    if (KnownOf(reached).in_plan >= nothing_since_) continue;
+    if (++looked > kOldPlaces) break;
+    LookFrom(map, reached);
+  }
+  plan.outcome = looked > 0 ? ViewPlan::Outcome::kLookOn : ViewPlan::Outcome::kNothing;
+  return plan;
+}
+
+ViewPlan CoveragePlanner::GrowTree(const OccupancyMap& map, const CollisionChecker& checker,
+                                   const Waypoint& at) {
+  const TreeContext context{map, checker,
+                            [&](const Waypoint& to) { return static_cast<int>(GainAt(map, to)); }};
+  Random random(static_cast<std::uint64_t>(seed_), "coverage", static_cast<std::uint64_t>(plans_));
+  NbvTree tree(options_, box_W_, at);
+  tree.GrowTo(context, options_.max_tree_nodes, random);
+  ViewPlan plan;
+  plan.tree = tree.nodes();
+  plan.best = tree.best();
+  plan.outcome = plan.best != 0            ? ViewPlan::Outcome::kGo
+                 : tree.nodes().size() < 2 ? ViewPlan::Outcome::kNoWay
+                                           : ViewPlan::Outcome::kNothing;
+  if (plan.best == 0) return plan;
+  nothing_since_ = -1;
+  gain_of_plan_ = tree.nodes()[static_cast<std::size_t>(plan.best)].visible;
+  plan.path = FirstPartOf(tree.BranchTo(plan.best));
+  return plan;
+}
+
+ViewPlan CoveragePlanner::Plan(const OccupancyMap& map, const CollisionChecker& checker,
+                               const Waypoint& at) {
+  ++plans_;
+  routes_.Search(map, checker, at);
+  LookAtNewPlaces(map);
+  bool was_refused = false;
+  for (int tries = 0; tries < kWays; ++tries) {
+    const View view = FindBest(map, at);
+    if (view.reached < 0) break;
+    auto way = routes_.RouteTo(map, checker, view.reached, YawOfHeading(view.heading));
+    if (way) {
+      nothing_since_ = -1;
+      return GoTo(view, std::move(*way));
+    }
+    was_refused = true;
+  }
+  ViewPlan plan = LookForMore(map);
+  if (plan.outcome == ViewPlan::Outcome::kNothing) plan = GrowTree(map, checker, at);
+  if (plan.outcome == ViewPlan::Outcome::kNothing && was_refused)
+    plan.outcome = ViewPlan::Outcome::kLookOn;
+  return plan;
+}
+
+}  // namespace vog

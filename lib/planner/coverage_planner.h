@@ -1,0 +1,74 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "lib/planner/looked_at.h"
+#include "lib/planner/panorama.h"
+#include "lib/planner/planner_options.h"
+#include "lib/planner/routes.h"
+#include "lib/planner/view_gain.h"
+#include "lib/planner/view_planner.h"
+
+namespace vog {
+
+/// The default planner: of all places that can be reached through known free space it takes the
+/// view with the most to see for the time that it costs, way and turn included, and goes there by
+/// the shortest free way. Gains of far places are remembered; because knowledge grows, they are
+/// upper bounds, and only those that could be the best are looked at again [lazy greedy search,
+/// Minoux 1978]. Nothing is left to gain when every place that can be reached has been looked at
+/// anew and none gains.
+///
+/// Work is bounded by counts: places looked at in a plan.
+class CoveragePlanner final : public ViewPlanner {
+ public:
+  CoveragePlanner(const PlannerOptions& options, const MotionLimits& limits,
+                  const SonarOptions& sonar, const Eigen::AlignedBox3d& box_W, std::int64_t seed);
+
+  ViewPlan Plan(const OccupancyMap& map, const CollisionChecker& checker,
+                const Waypoint& at) override;
+  void Look(const OccupancyMap& map, const Waypoint& at) override;
+  bool IsObsolete(const OccupancyMap& map, const std::vector<Waypoint>& path) const override;
+
+ private:
+  struct Known {
+    GainByHeading gain{};
+    int in_plan = -1;  ///< When it was looked at; -1 is never.
+  };
+  struct View {
+    int reached = -1;  ///< Of routes_.
+    int heading = 0;
+    double utility = 0;  ///< Voxels a second.
+  };
+
+  Known& KnownOf(const Reached& reached);
+  void LookFrom(const OccupancyMap& map, const Reached& reached);
+  /// The best heading of a place by what is known of it.
+  View BestViewAt(int index, const Waypoint& at);
+  double UtilityOf(const Reached& reached, int heading, const Waypoint& at) const;
+  double WeightOf(const VoxelKey& key) const;
+  double GainAt(const OccupancyMap& map, const Waypoint& at) const;
+  void LookAtNewPlaces(const OccupancyMap& map);
+  /// The best view by what is known, each of those that were best looked at anew.
+  View FindBest(const OccupancyMap& map, const Waypoint& at);
+  ViewPlan GoTo(const View& view, std::vector<Waypoint> way);
+  ViewPlan LookForMore(const OccupancyMap& map);
+  /// In space too narrow for the lattice: a tree of random views, with all that it can reach.
+  ViewPlan GrowTree(const OccupancyMap& map, const CollisionChecker& checker, const Waypoint& at);
+  std::vector<Waypoint> FirstPartOf(const std::vector<Waypoint>& way) const;
+
+  PlannerOptions options_;
+  MotionLimits limits_;
+  Eigen::AlignedBox3d box_W_;
+  std::int64_t seed_;
+  ViewGain view_;
+  Panorama panorama_;
+  LookedAt looked_at_;
+  Routes routes_;
+  std::vector<Known> known_;  // By place; the last one is the vehicle's.
+  int plans_ = 0;
+  int nothing_since_ = -1;   // Plan since which none of the places looked at has gained.
+  double gain_of_plan_ = 0;  // Of the view that is flown to.
+};
+
+}  // namespace vog

@@ -1,0 +1,325 @@
+#include "lib/planner/free_space.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace vog {
+namespace {
+
+constexpr int kMaxPlaces = 30000;
+constexpr double kHeadingStep_rad = 2 * std::numbers::pi / kHeadings;
+
+HeadingSet Turned(HeadingSet set) { return ((set << 1) | (set >> (kHeadings - 1))) & kAllHeadings; }
+HeadingSet TurnedBack(HeadingSet set) {
+  return ((set >> 1) | (set << (kHeadings - 1))) & kAllHeadings;
+}
+
+/// Voxels on each side of the middle one that something of `half_m` touches.
+int VoxelsWithin(double half_m, double voxel_size_m) {
+  return std::max(0, static_cast<int>(std::ceil(half_m / voxel_size_m + 0.5)) - 1);
+}
+
+}  // namespace
+
+double YawOfHeading(int heading) { return WrapAngle(heading * kHeadingStep_rad); }
+
+int HeadingOfYaw(double yaw_rad) {
+  const int heading = static_cast<int>(std::lround(yaw_rad / kHeadingStep_rad)) % kHeadings;
+  return heading < 0 ? heading + kHeadings : heading;
+}
+
+HeadingSet ArcAround(HeadingSet set, int heading) {
+  HeadingSet arc = set & (1u << heading);
+  for (HeadingSet grown = arc;; arc = grown) {
+    grown = (arc | Turned(arc) | TurnedBack(arc)) & set;
+    if (grown == arc) return arc;
+  }
+}
+
+int NearestHeading(HeadingSet set, double yaw_rad) {
+  int nearest = -1;
+  double least_rad = std::numeric_limits<double>::max();
+  for (int heading = 0; heading < kHeadings; ++heading) {
+    const double turn_rad = std::abs(WrapAngle(YawOfHeading(heading) - yaw_rad));
+    if ((set >> heading & 1) == 0 || turn_rad >= least_rad) continue;
+    nearest = heading;
+    least_rad = turn_rad;
+  }
+  return nearest;
+}
+
+FreeSpace::FreeSpace(const CollisionRules& rules, const Eigen::AlignedBox3d& box_W,
+                     double spacing_m)
+    : rules_(rules),
+      box_W_(box_W),
+      wanted_spacing_m_(std::max(spacing_m, std::cbrt(box_W.volume() / kMaxPlaces))) {}
+
+void FreeSpace::Measure(const VoxelGrid& grid) {
+  grid_ = grid;
+  const double voxel_m = grid.voxel_size_m();
+  const double margin_m = std::max(rules_.clearance_m, rules_.unknown_clearance_m);
+  const double sideways_m =
+      0.5 * rules_.hull_size_m.head<2>().norm() + std::numbers::sqrt2 * margin_m + voxel_m;
+  const Vec3 reach(sideways_m, sideways_m, 0.5 * rules_.hull_size_m.z() + margin_m + voxel_m);
+  voxels_ = VoxelsOf(grid, {box_W_.min() - reach, box_W_.max() + reach});
+  states_.assign(voxels_.count(), kUnknown);
+
+  step_ = std::max(1, static_cast<int>(std::lround(wanted_spacing_m_ / voxel_m)));
+  spacing_m_ = step_ * voxel_m;
+  const VoxelBox inside = VoxelsOf(grid, box_W_);
+  const auto fit = [&](std::int64_t size, std::int32_t min, int& count, std::int32_t& first) {
+    count = static_cast<int>((size - 1) / step_) + 1;
+    first = min + static_cast<std::int32_t>((size - 1 - std::int64_t{count - 1} * step_) / 2);
+  };
+  fit(inside.size_x(), inside.min.x, count_[0], first_.x);
+  fit(inside.size_y(), inside.min.y, count_[1], first_.y);
+  fit(inside.size_z(), inside.min.z, count_[2], first_.z);
+  levels_.resize(static_cast<std::size_t>(count_[2]));
+}
+
+/// The turned box, cut into the rows of voxels.
+FreeSpace::Footprint FreeSpace::FootprintOf(const CollisionRules& rules, double clearance_m,
+                                            double yaw_rad) const {
+  const double voxel_m = grid_->voxel_size_m();
+  const Eigen::Vector2d half =
+      0.5 * rules.hull_size_m.head<2>() + Eigen::Vector2d::Constant(clearance_m);
+  const Eigen::Rotation2Dd turn(yaw_rad);
+  const std::array<Eigen::Vector2d, 4> corners = {
+      turn * half, turn * Eigen::Vector2d(-half.x(), half.y()), turn * -half,
+      turn * Eigen::Vector2d(half.x(), -half.y())};
+  Footprint spans;
+  const int rows = VoxelsWithin(half.norm(), voxel_m);
+  for (int dy = -rows; dy <= rows; ++dy) {
+    const double low_m = (dy - 0.5) * voxel_m, high_m = (dy + 0.5) * voxel_m;
+    double x_min_m = std::numeric_limits<double>::max(), x_max_m = -x_min_m;
+    const auto take = [&](double x_m) {
+      x_min_m = std::min(x_min_m, x_m);
+      x_max_m = std::max(x_max_m, x_m);
+    };
+    for (std::size_t c = 0; c < corners.size(); ++c) {
+      const Eigen::Vector2d &a = corners[c], &b = corners[(c + 1) % corners.size()];
+      if (a.y() >= low_m && a.y() <= high_m) take(a.x());
+      for (const double y_m : {low_m, high_m})
+        if ((a.y() - y_m) * (b.y() - y_m) < 0)
+          take(a.x() + (y_m - a.y()) / (b.y() - a.y()) * (b.x() - a.x()));
+    }
+    if (x_min_m > x_max_m) continue;
+    spans.push_back({dy, static_cast<int>(std::floor(x_min_m / voxel_m - 0.5)) + 1,
+                     static_cast<int>(std::ceil(x_max_m / voxel_m + 0.5)) - 1});
+  }
+  return spans;
+}
+
+void FreeSpace::SetRules(const CollisionRules& rules) {
+  for (int heading = 0; heading < kHeadings / 2; ++heading) {
+    const auto h = static_cast<std::size_t>(heading);
+    near_occupied_[h] = FootprintOf(rules, rules.clearance_m, YawOfHeading(heading));
+    near_unknown_[h] = FootprintOf(rules, rules.unknown_clearance_m, YawOfHeading(heading));
+  }
+  const double half_m = 0.5 * rules.hull_size_m.z(), voxel_m = grid_->voxel_size_m();
+  occupied_layers_ = VoxelsWithin(half_m + rules.clearance_m, voxel_m);
+  unknown_layers_ = VoxelsWithin(half_m + rules.unknown_clearance_m, voxel_m);
+}
+
+void FreeSpace::Update(const OccupancyMap& map, const CollisionChecker& checker) {
+  if (!grid_) Measure(map.grid());
+  SetRules(checker.rules());
+  ReadChanges(map, checker);
+  FindOccupied(map, checker.rules());
+  MarkNeighbours();
+  for (int level = 0; level < count_[2]; ++level) DrawLevel(level);
+  headings_.assign(static_cast<std::size_t>(places()), 0);
+  has_headings_.assign(static_cast<std::size_t>(places()), false);
+}
+
+void FreeSpace::ReadChanges(const OccupancyMap& map, const CollisionChecker& checker) {
+  const auto changed = revision_ < 0 ? std::nullopt : map.ChangedSince(revision_);
+  revision_ = map.revision();
+  std::vector<VoxelBox> boxes;
+  std::size_t count = 0;
+  const auto add = [&](const Eigen::AlignedBox3d& box_W) {
+    if (box_W.isEmpty()) return;
+    VoxelBox box = VoxelsOf(*grid_, box_W);
+    box.min = {std::max(box.min.x, voxels_.min.x), std::max(box.min.y, voxels_.min.y),
+               std::max(box.min.z, voxels_.min.z)};
+    box.max = {std::min(box.max.x, voxels_.max.x), std::min(box.max.y, voxels_.max.y),
+               std::min(box.max.z, voxels_.max.z)};
+    if (box.size_x() <= 0 || box.size_y() <= 0 || box.size_z() <= 0) return;
+    boxes.push_back(box);
+    count += box.count();
+  };
+  if (changed) {
+    for (const Eigen::AlignedBox3d& box_W : *changed) add(box_W);
+    add(hidden_W_);
+    hidden_W_ = checker.PresenceBounds();
+    add(hidden_W_);
+  }
+  if (!changed || count > voxels_.count()) {
+    hidden_W_ = checker.PresenceBounds();
+    boxes = {voxels_};
+  }
+  for (const VoxelBox& box : boxes) Read(map, checker, box);
+}
+
+void FreeSpace::Read(const OccupancyMap& map, const CollisionChecker& checker,
+                     const VoxelBox& box) {
+  std::vector<float> log_odds;
+  map.LogOddsIn(box, log_odds);
+  std::size_t i = 0;
+  ForEachVoxel(box, [&](const VoxelKey& key) {
+    State& state = states_[voxels_.IndexOf(key)];
+    const float answer = log_odds[i++];
+    if (map.IsFree(answer)) {
+      state = kFree;
+      return;
+    }
+    const bool is_occupied = map.IsOccupied(answer);
+    state = checker.TakesForFree(is_occupied, grid_->CenterOf(key)) ? kFree
+            : is_occupied                                           ? kOccupied
+                                                                    : kUnknown;
+  });
+}
+
+void FreeSpace::FindOccupied(const OccupancyMap& map, const CollisionRules& rules) {
+  std::vector<VoxelKey> keys;
+  std::size_t i = 0;
+  ForEachVoxel(voxels_, [&](const VoxelKey& key) {
+    if (states_[i++] == kOccupied) keys.push_back(key);
+  });
+  std::vector<float> sigma_m(keys.size(), 0);
+  if (rules.uncertainty_sigmas * map.max_sigma_m() > 0) map.SigmaOf(keys, sigma_m);
+  occupied_.clear();
+  for (std::size_t k = 0; k < keys.size(); ++k) {
+    const double reach_m = std::min(rules.max_uncertainty_m, rules.uncertainty_sigmas * sigma_m[k]);
+    occupied_.push_back({keys[k], static_cast<float>(reach_m / grid_->voxel_size_m())});
+  }
+}
+
+void FreeSpace::MarkNeighbours() {
+  is_next_to_occupied_.assign(voxels_.count(), 0);
+  for (const Occupied& voxel : occupied_) {
+    const VoxelKey& key = voxel.key;
+    const VoxelBox around = {
+        {std::max(key.x - 1, voxels_.min.x), std::max(key.y - 1, voxels_.min.y),
+         std::max(key.z - 1, voxels_.min.z)},
+        {std::min(key.x + 1, voxels_.max.x), std::min(key.y + 1, voxels_.max.y),
+         std::min(key.z + 1, voxels_.max.z)}};
+    ForEachVoxel(around,
+                 [this](const VoxelKey& near) { is_next_to_occupied_[voxels_.IndexOf(near)] = 1; });
+  }
+}
+
+void FreeSpace::DrawLevel(int level) {
+  const auto width = static_cast<std::size_t>(voxels_.size_x());
+  const auto rows = static_cast<std::size_t>(voxels_.size_y());
+  const std::int32_t z = first_.z + level * step_;
+  std::vector<std::uint8_t> occupied(width * rows, 0), unknown(width * rows, 0);
+  for (std::int32_t layer = z - unknown_layers_; layer <= z + unknown_layers_; ++layer) {
+    const State* states = &states_[voxels_.IndexOf({voxels_.min.x, voxels_.min.y, layer})];
+    for (std::size_t i = 0; i < unknown.size(); ++i) unknown[i] |= states[i] == kUnknown;
+  }
+  const auto by_height = [](const Occupied& a, std::int32_t height) { return a.key.z < height; };
+  const auto begin =
+      std::lower_bound(occupied_.begin(), occupied_.end(), z - occupied_layers_, by_height);
+  const auto end = std::lower_bound(begin, occupied_.end(), z + occupied_layers_ + 1, by_height);
+  for (auto voxel = begin; voxel != end; ++voxel) {
+    const int x = voxel->key.x - voxels_.min.x, y = voxel->key.y - voxels_.min.y;
+    const int reach = static_cast<int>(voxel->reach_voxels);
+    const float reach_squared = voxel->reach_voxels * voxel->reach_voxels;
+    for (int dy = -reach; dy <= reach; ++dy)
+      for (int dx = -reach; dx <= reach; ++dx) {
+        if (static_cast<float>(dx * dx + dy * dy) > reach_squared || x + dx < 0 || y + dy < 0 ||
+            x + dx >= static_cast<int>(width) || y + dy >= static_cast<int>(rows))
+          continue;
+        occupied[static_cast<std::size_t>(y + dy) * width + static_cast<std::size_t>(x + dx)] = 1;
+      }
+  }
+  const auto sum = [&](const std::vector<std::uint8_t>& is_there,
+                       std::vector<std::uint16_t>& before) {
+    before.resize((width + 1) * rows);
+    for (std::size_t row = 0; row < rows; ++row) {
+      std::uint16_t count = 0;
+      for (std::size_t x = 0; x < width; ++x) {
+        before[row * (width + 1) + x] = count;
+        count = static_cast<std::uint16_t>(count + is_there[row * width + x]);
+      }
+      before[row * (width + 1) + width] = count;
+    }
+  };
+  Level& drawn = levels_[static_cast<std::size_t>(level)];
+  sum(occupied, drawn.occupied_before);
+  sum(unknown, drawn.unknown_before);
+}
+
+bool FreeSpace::IsClear(const Footprint& footprint, const std::vector<std::uint16_t>& before, int x,
+                        int y) const {
+  const auto stride = static_cast<std::ptrdiff_t>(voxels_.size_x() + 1);
+  return std::all_of(footprint.begin(), footprint.end(), [&](const Span& span) {
+    const std::uint16_t* row = before.data() + (y + span.dy) * stride;
+    return row[x + span.dx_max + 1] == row[x + span.dx_min];
+  });
+}
+
+VoxelKey FreeSpace::VoxelOf(int place) const {
+  const int x = place % count_[0], y = place / count_[0] % count_[1];
+  const int z = place / (count_[0] * count_[1]);
+  return {first_.x + x * step_, first_.y + y * step_, first_.z + z * step_};
+}
+
+Vec3 FreeSpace::PositionOf(int place) const { return grid_->CenterOf(VoxelOf(place)); }
+
+std::vector<int> FreeSpace::PlacesAround(const Vec3& p_W, double radius_m) const {
+  const Vec3 first_W = grid_->CenterOf(first_);
+  std::array<int, 3> low, high;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    const double offset_m = p_W[axis] - first_W[axis];
+    low[a] = std::max(0, static_cast<int>(std::ceil((offset_m - radius_m) / spacing_m_)));
+    high[a] =
+        std::min(count_[a] - 1, static_cast<int>(std::floor((offset_m + radius_m) / spacing_m_)));
+  }
+  std::vector<int> places;
+  for (int z = low[2]; z <= high[2]; ++z)
+    for (int y = low[1]; y <= high[1]; ++y)
+      for (int x = low[0]; x <= high[0]; ++x) places.push_back((z * count_[1] + y) * count_[0] + x);
+  return places;
+}
+
+void FreeSpace::NeighboursOf(int place, std::vector<int>& neighbours) const {
+  neighbours.clear();
+  const int x = place % count_[0], y = place / count_[0] % count_[1];
+  const int z = place / (count_[0] * count_[1]);
+  for (int dz = -1; dz <= 1; ++dz)
+    for (int dy = -1; dy <= 1; ++dy)
+      for (int dx = -1; dx <= 1; ++dx) {
+        const int axes = std::abs(dx) + std::abs(dy) + std::abs(dz);
+        if (axes == 0 || axes == 3) continue;
+        const int nx = x + dx, ny = y + dy, nz = z + dz;
+        if (nx < 0 || ny < 0 || nz < 0 || nx >= count_[0] || ny >= count_[1] || nz >= count_[2])
+          continue;
+        neighbours.push_back((nz * count_[1] + ny) * count_[0] + nx);
+      }
+}
+
+HeadingSet FreeSpace::HeadingsAt(int place) const {
+  const auto p = static_cast<std::size_t>(place);
+  if (has_headings_[p]) return headings_[p];
+  const VoxelKey key = VoxelOf(place);
+  const int x = key.x - voxels_.min.x, y = key.y - voxels_.min.y;
+  const Level& level = levels_[static_cast<std::size_t>(place / (count_[0] * count_[1]))];
+  HeadingSet set = 0;
+  for (int heading = 0; heading < kHeadings / 2; ++heading) {
+    const auto h = static_cast<std::size_t>(heading);
+    // The box looks the same from behind.
+    if (IsClear(near_occupied_[h], level.occupied_before, x, y) &&
+        IsClear(near_unknown_[h], level.unknown_before, x, y))
+      set |= 1u << heading | 1u << (heading + kHeadings / 2);
+  }
+  has_headings_[p] = true;
+  return headings_[p] = set;
+}
+
+}  // namespace vog

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <vector>
+
+#include "lib/collision/collision_checker.h"
+#include "lib/planner/nbv_tree.h"
+
+namespace vog {
+
+/// What a planner of views answers.
+struct ViewPlan {
+  enum class Outcome {
+    kGo,       ///< Fly the path.
+    kLookOn,   ///< Nothing found yet, not all has been looked at: ask again.
+    kNothing,  ///< No view that can be reached gains anything.
+    kNoWay,    ///< The vehicle cannot move from where it is.
+  };
+  Outcome outcome = Outcome::kNoWay;
+  std::vector<Waypoint> path;  ///< From the vehicle on; a single one: look on from here.
+  std::vector<TreeNode> tree;  ///< What was considered; the vehicle is its root.
+  int best = -1;               ///< Node that the best branch ends in.
+};
+
+/// Decides where to look next.
+class ViewPlanner {
+ public:
+  virtual ~ViewPlanner() = default;
+
+  /// The next path, for a vehicle at `at` that is free by the checker's rules.
+  virtual ViewPlan Plan(const OccupancyMap& map, const CollisionChecker& checker,
+                        const Waypoint& at) = 0;
+  /// To be called once a second with where the vehicle is: what its sonar may see from there.
+  virtual void Look(const OccupancyMap&, const Waypoint&) {}
+  /// Whether flying on along `path` has become pointless.
+  virtual bool IsObsolete(const OccupancyMap&, const std::vector<Waypoint>& /*path*/) const {
+    return false;
+  }
+  /// The vehicle has gone another way than planned.
+  virtual void Forget() {}
+};
+
+}  // namespace vog

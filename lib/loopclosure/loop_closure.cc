@@ -109,6 +109,20 @@ std::vector<LoopCandidate> FindCandidates(const LoopClosureOptions& options,
   return candidates;
 }
 
+bool IsNeeded(const LoopClosureOptions& options, const std::vector<const SubmapShape*>& targets,
+              const SubmapShape& source, const std::vector<Pose3>& X_ik) {
+  constexpr std::size_t kMaxPoints = 400;
+  std::size_t needed = 0;
+  const std::size_t used = ForSpreadPoints(source.cloud, kMaxPoints, [&](const Vec3& p_k) {
+    int holders = 0;
+    for (std::size_t i = 0; i < targets.size() && holders < options.enough_targets; ++i)
+      holders += static_cast<int>(
+          targets[i]->occupied_cells.count(targets[i]->cells.KeyOf(X_ik[i] * p_k)));
+    needed += holders < options.enough_targets;
+  });
+  return 2 * needed >= used;
+}
+
 double ExpectedInformation(const IcpOptions& icp, const SubmapShape& target,
                            const SubmapShape& source, const Pose3& X_ik,
                            const LoopCandidate& candidate) {

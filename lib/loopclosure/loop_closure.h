@@ -17,6 +17,7 @@ namespace vog {
 struct LoopClosureOptions {
   int min_separation = 1;
   int max_candidates = 12;
+  int enough_targets = 60;
   double cell_m = 0.5;
   double min_predicted_overlap = 0.3;
   double min_overlap = 0.4;
@@ -30,6 +31,8 @@ struct LoopClosureOptions {
     v("min_separation", min_separation, Between(1, 1e6),
       "submaps this many numbers apart may close a loop");
     v("max_candidates", max_candidates, Between(0, 1000), "registrations tried a submap");
+    v("enough_targets", enough_targets, Between(1, 1e6),
+      "what so many submaps hold need not be looked for in later ones too");
     v("cell_m", cell_m, Between(0.05, 20), "cells in which overlap is predicted");
     v("min_predicted_overlap", min_predicted_overlap, Between(0, 1),
       "share of a submap's points that must lie in the other's cells to try a registration");
@@ -104,6 +107,13 @@ std::vector<LoopCandidate> FindCandidates(const LoopClosureOptions& options,
                                           const std::vector<const SubmapShape*>& targets,
                                           const SubmapShape& source,
                                           const std::vector<Pose3>& X_ik);
+
+/// Whether later submaps may need `source` to close loops with: a part of its points, large enough
+/// for that, lies in the cells of fewer than enough_targets of `targets`. X_ik is its pose in each.
+/// Submaps that are not needed bound what SLAM has to do where a mission goes on for long in one
+/// place: they still close loops themselves, and no loop is closed with them.
+bool IsNeeded(const LoopClosureOptions& options, const std::vector<const SubmapShape*>& targets,
+              const SubmapShape& source, const std::vector<Pose3>& X_ik);
 
 /// What a registration of the two is expected to tell of (x, y, yaw), in nats: half the logarithm
 /// of det(I + P R^-1), the mutual information of the pose and a measurement of it, times the

@@ -106,6 +106,29 @@ TEST_F(LoopClosureTest, CandidatesAreThoseWithEnoughOverlapFarEnoughApart) {
   EXPECT_TRUE(FindCandidates(options_, targets, source, X_ik).empty());
 }
 
+TEST_F(LoopClosureTest, ASubmapIsNeededWhereTooFewOthersHoldItsContent) {
+  const SubmapShape source = ShapeOf(source_), target = ShapeOf(target_);
+  const double overlap = PredictOverlap(target, source, X_ik_);
+  ASSERT_GT(overlap, 0.6);
+  const auto is_needed = [&](int holders, int elsewhere, const SubmapShape& of) {
+    std::vector<const SubmapShape*> targets(static_cast<std::size_t>(holders + elsewhere), &target);
+    std::vector<Pose3> X_ik(static_cast<std::size_t>(holders), X_ik_);
+    X_ik.resize(targets.size(), MakePose({100, 0, 0}));
+    return IsNeeded(options_, targets, of, X_ik);
+  };
+  options_.enough_targets = 3;
+  EXPECT_TRUE(is_needed(0, 0, source));
+  EXPECT_TRUE(is_needed(2, 5, source));
+  EXPECT_FALSE(is_needed(3, 0, source));
+  EXPECT_FALSE(is_needed(3, 5, source));
+  // Half of what it shows is to be seen in no other.
+  const SubmapShape half_new = ShapeOf(SubmapOf(10, FurnishedRoom(), MakePose({4.5, 0, 0}), 3));
+  const Pose3 X_i_new = Ominus(X_Wi_, MakePose({9, 0, 0}));
+  ASSERT_LT(PredictOverlap(target, half_new, X_i_new), 0.5);
+  EXPECT_TRUE(IsNeeded(options_, {&target, &target, &target, &target}, half_new,
+                       {X_i_new, X_i_new, X_i_new, X_i_new}));
+}
+
 TEST_F(LoopClosureTest, TheMostInformativeCandidatesAreKeptInOrder) {
   const std::vector<double> information = {0.3, 2, 0.3, 1, 0};
   for (const int most : {0, 1, 3, 7}) {

@@ -11,6 +11,9 @@ namespace {
 constexpr double kSingularPivot = 1e-14;
 /// Corrections that leave fewer digits than this would have to be made up for by iterations.
 constexpr double kSingularCorrection = 1e-10;
+/// A constraint's information, seen in W, changes with its pose: the turn turns it, the shift moves
+/// the arm at which rotations act on places some metres away.
+constexpr double kNear_m = 0.1, kNear_rad = 0.02;
 
 }  // namespace
 
@@ -75,7 +78,13 @@ bool KeptFactor::AddLeaf(const Constraint& constraint, NodeId id, const Pose3& X
   const Eigen::FullPivLU<Eigen::MatrixXd> J_n(is_from ? rows.by_i : rows.by_k);
   if (J_n.rows() < 6 || !J_n.isInvertible()) return false;
   const auto parent = rows_.Of(is_from ? constraint.to : constraint.from);
-  leaves_.push_back({parent, J_n.inverse(), is_from ? rows.by_k : rows.by_i});
+  const Leaf& leaf =
+      leaves_.emplace_back(Leaf{parent, J_n.inverse(), is_from ? rows.by_k : rows.by_i});
+  if (!HasMarginals()) return true;
+  Mat6 covariance = Mat6::Identity();
+  if (parent)
+    covariance += leaf.J_p * marginals_[static_cast<std::size_t>(*parent)] * leaf.J_p.transpose();
+  marginals_.push_back(leaf.J_n_inverse * covariance * leaf.J_n_inverse.transpose());
   return true;
 }
 
@@ -105,6 +114,7 @@ bool KeptFactor::Correct(const std::vector<Correction>& changes) {
     column += rows;
   }
   const Eigen::MatrixXd Y = SolveLower(std::move(U));
+  if (HasMarginals()) CorrectMarginals(Y, signs);
   const Eigen::MatrixXd with_old = YTransposed(Y);
   const Eigen::Index old = S_.rows();
   S_.conservativeResize(old + more, old + more);
@@ -117,6 +127,19 @@ bool KeptFactor::Correct(const std::vector<Correction>& changes) {
   return S_factor_.rcond() > kSingularCorrection;
 }
 
+/// P' = P - W (C^-1 + U^T W)^-1 W^T with P = H^-1 before and W = P U: of its diagonal blocks.
+void KeptFactor::CorrectMarginals(const Eigen::MatrixXd& Y, const Eigen::VectorXd& signs) {
+  const Eigen::MatrixXd corrected = Corrected(Y);
+  const Eigen::MatrixXd W = SolveUpper(corrected);
+  Eigen::MatrixXd S = Y.transpose() * corrected;
+  S.diagonal() += signs;
+  const Eigen::MatrixXd by_rows = S.partialPivLu().solve(W.transpose());
+  for (std::size_t row = 0; row < marginals_.size(); ++row) {
+    const auto at = 6 * static_cast<Eigen::Index>(row);
+    marginals_[row] -= W.middleRows<6>(at) * by_rows.middleCols<6>(at);
+  }
+}
+
 const Pose3& KeptFactor::PoseOf(NodeId id) const {
   const auto row = rows_.Of(id);
   return row ? X_W_[static_cast<std::size_t>(*row)] : fixed_X_W_.at(id);
@@ -125,6 +148,14 @@ const Pose3& KeptFactor::PoseOf(NodeId id) const {
 bool KeptFactor::IsExactFor(const GraphData& graph) const {
   return !has_lost_ && std::all_of(graph.nodes.begin(), graph.nodes.end(), [&](const auto& node) {
     return Knows(node.first) && PoseOf(node.first).matrix() == node.second.matrix();
+  });
+}
+
+bool KeptFactor::IsNear(const GraphData& graph) const {
+  return !has_lost_ && std::all_of(graph.nodes.begin(), graph.nodes.end(), [&](const auto& node) {
+    if (!Knows(node.first)) return false;
+    const Vec6 moved = Log(Ominus(PoseOf(node.first), node.second));
+    return moved.head<3>().norm() < kNear_m && moved.tail<3>().norm() < kNear_rad;
   });
 }
 
@@ -164,6 +195,21 @@ Eigen::MatrixXd KeptFactor::YTransposed(const Eigen::MatrixXd& Z) const {
   return product;
 }
 
+Eigen::MatrixXd KeptFactor::Corrected(Eigen::MatrixXd Z) const {
+  if (rank() == 0) return Z;
+  const Eigen::MatrixXd s = S_factor_.solve(YTransposed(Z));
+  Eigen::Index row = 0;
+  for (const Eigen::MatrixXd& Y : Y_) {
+    Z.topRows(Y.rows()).noalias() -= Y * s.middleRows(row, Y.cols());
+    row += Y.cols();
+  }
+  return Z;
+}
+
+Eigen::MatrixXd KeptFactor::Solve(const Eigen::MatrixXd& B) const {
+  return SolveUpper(Corrected(SolveLower(B)));
+}
+
 Eigen::VectorXd KeptFactor::Solve(const Eigen::VectorXd& b, const std::vector<Pose3>& X_W) const {
   // A perturbation at the old pose is Ad(X^-1 X_old) times as one at the present pose.
   std::vector<Mat6> carry(X_W.size());
@@ -173,16 +219,7 @@ Eigen::VectorXd KeptFactor::Solve(const Eigen::VectorXd& b, const std::vector<Po
     carry[row] = AdjointOf(Ominus(X_W[row], X_W_[row]));
     z.middleRows<6>(at) = carry[row].transpose() * b.segment<6>(at);
   }
-  z = SolveLower(std::move(z));
-  if (rank() > 0) {
-    const Eigen::MatrixXd s = S_factor_.solve(YTransposed(z));
-    Eigen::Index row = 0;
-    for (const Eigen::MatrixXd& Y : Y_) {
-      z.topRows(Y.rows()).noalias() -= Y * s.middleRows(row, Y.cols());
-      row += Y.cols();
-    }
-  }
-  Eigen::VectorXd x = SolveUpper(z);
+  Eigen::VectorXd x = Solve(z);
   for (std::size_t row = 0; row < X_W.size(); ++row) {
     const auto at = 6 * static_cast<Eigen::Index>(row);
     x.segment<6>(at) = (carry[row] * x.segment<6>(at)).eval();

@@ -36,18 +36,28 @@ class KeptFactor {
   bool Knows(NodeId id) const { return rows_.Of(id) || fixed_X_W_.count(id) > 0; }
   /// Whether it is H at the poses of `graph`, the graph of the last Follow(), up to rounding.
   bool IsExactFor(const GraphData& graph) const;
+  /// Whether the poses of that graph are so near those at which derivatives were taken that the
+  /// covariances are the same but for some percent.
+  bool IsNear(const GraphData& graph) const;
   /// Whether it is as Of() made it.
   bool IsPlain() const { return leaves_.empty() && rank() == 0; }
 
   const NodeRows& rows() const { return rows_; }
+  /// Where derivatives are taken.
+  const Pose3& PoseOf(NodeId id) const;
   /// H^-1 b, both perturbations of the poses X_W, which stand by row.
   Eigen::VectorXd Solve(const Eigen::VectorXd& b, const std::vector<Pose3>& X_W) const;
-  /// H^-1 B at the poses where derivatives are taken. @pre IsPlain().
-  Eigen::MatrixXd Solve(const Eigen::MatrixXd& B) const { return factor_->Solve(B); }
+  /// H^-1 B at the poses where derivatives are taken.
+  Eigen::MatrixXd Solve(const Eigen::MatrixXd& B) const;
   /// B^T H^-1 B there, for half the work.
   Eigen::MatrixXd InverseOf(const Eigen::MatrixXd& B) const;
-  /// The blocks of H^-1 where H has some, places ascending. @pre IsPlain().
-  BlockMatrix<6> Inverse() const { return factor_->Inverse(); }
+
+  bool HasMarginals() const { return !marginals_.empty(); }
+  /// Finds the diagonal blocks of H^-1 there, twice the work of a factorisation. From then on
+  /// Follow() keeps them, for the work of a solve for each row that comes or goes. @pre IsPlain().
+  void FindMarginals() { marginals_ = factor_->Inverse().diagonal; }
+  /// By row. @pre HasMarginals().
+  const std::vector<Mat6>& marginals() const { return marginals_; }
 
  private:
   /// A node n and the constraint, J_p to its parent p, that it came with.
@@ -63,7 +73,6 @@ class KeptFactor {
   };
 
   KeptFactor() = default;
-  const Pose3& PoseOf(NodeId id) const;
   bool Add(const Constraint& constraint, const GraphData& graph, std::vector<Correction>& changes);
   bool AddLeaf(const Constraint& constraint, NodeId id, const Pose3& X_W);
   Correction CorrectionOf(const Constraint& constraint, double sign) const;
@@ -75,10 +84,16 @@ class KeptFactor {
   Eigen::MatrixXd SolveUpper(const Eigen::MatrixXd& Z) const;
   /// Y^T Z with Y = K^-1 U.
   Eigen::MatrixXd YTransposed(const Eigen::MatrixXd& Z) const;
+  /// (1 - Y S^-1 Y^T) Z, the corrections' part of a solve.
+  Eigen::MatrixXd Corrected(Eigen::MatrixXd Z) const;
+  /// What rows with Y = K^-1 U that come or go by `signs` tell of the marginals. Call before they
+  /// are among the corrections.
+  void CorrectMarginals(const Eigen::MatrixXd& Y, const Eigen::VectorXd& signs);
 
   std::shared_ptr<const BlockCholesky<6>> factor_;  ///< Never changes: copies share it.
   NodeRows rows_;                                   ///< Those of factor_, then the leaves.
   std::vector<Leaf> leaves_;
+  std::vector<Mat6> marginals_;        ///< By row; none before they are asked for.
   std::vector<Pose3> X_W_;             ///< Where derivatives are taken, by row.
   std::map<NodeId, Pose3> fixed_X_W_;  ///< The same of fixed nodes.
   int last_constraint_ = -1;           ///< That it has.

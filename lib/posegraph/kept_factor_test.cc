@@ -170,6 +170,57 @@ TEST(KeptFactorTest, KnowsOfWhichPosesItIs) {
   EXPECT_FALSE(dut->IsExactFor(graph.data));
 }
 
+void ExpectMarginalsOf(const GraphData& graph, const KeptFactor& dut) {
+  const Eigen::MatrixXd inverse = DenseHessian(graph, dut.rows()).inverse();
+  ASSERT_EQ(dut.marginals().size(), static_cast<std::size_t>(dut.rows().size()));
+  for (int row = 0; row < dut.rows().size(); ++row) {
+    const Mat6 expected = inverse.block<6, 6>(6 * row, 6 * row);
+    EXPECT_LT((dut.marginals()[static_cast<std::size_t>(row)] - expected).norm(),
+              1e-8 * expected.norm())
+        << row;
+  }
+  const Eigen::MatrixXd B = Eigen::MatrixXd::Random(inverse.rows(), 6);
+  EXPECT_LT((dut.Solve(B) - inverse * B).norm(), 1e-8 * (inverse * B).norm());
+}
+
+TEST(KeptFactorTest, MarginalsFollowNodesAndConstraints) {
+  RandomGraph graph(40);
+  for (int round = 0; round < 4; ++round) {
+    SCOPED_TRACE(round);
+    auto dut = KeptFactor::Of(graph.data);
+    EXPECT_FALSE(dut->HasMarginals());
+    dut->FindMarginals();
+    ExpectMarginalsOf(graph.data, *dut);
+    graph.AddNode();
+    ASSERT_TRUE(dut->Follow(graph.data));
+    ExpectMarginalsOf(graph.data, *dut);
+    graph.AddClosure(3);
+    graph.AddNode();
+    if (round % 2 == 1) graph.Remove(*dut, graph.data.constraints.begin()->first + 45 + round);
+    ASSERT_TRUE(dut->Follow(graph.data));
+    ExpectMarginalsOf(graph.data, *dut);
+    if (round % 2 == 0) graph.AddClosure(6);
+    ASSERT_TRUE(dut->Follow(graph.data));
+    ExpectMarginalsOf(graph.data, *dut);
+  }
+}
+
+TEST(KeptFactorTest, KnowsWhetherPosesAreNear) {
+  RandomGraph graph(10);
+  const auto dut = KeptFactor::Of(graph.data);
+  const Pose3 X_W = graph.data.nodes.at(4);
+  const auto is_near = [&](const Vec6& moved) {
+    graph.data.nodes.at(4) = Perturbed(X_W, moved);
+    return dut->IsNear(graph.data);
+  };
+  EXPECT_TRUE(is_near((Vec6() << 0.05, -0.05, 0.02, 0, 0.01, 0.01).finished()));
+  EXPECT_FALSE(is_near(-0.2 * Vec6::Unit(1)));
+  EXPECT_FALSE(is_near(0.05 * Vec6::Unit(4)));
+  graph.data.nodes.at(4) = X_W;
+  graph.AddNode();
+  EXPECT_FALSE(dut->IsNear(graph.data)) << "a node that it does not know";
+}
+
 TEST(KeptFactorTest, GivesUpWhereItCannotFollow) {
   RandomGraph graph(30);
   const auto before = KeptFactor::Of(graph.data);

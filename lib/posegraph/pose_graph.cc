@@ -325,24 +325,20 @@ double PoseGraph::ChiSquareOf(const Constraint& constraint) const {
 }
 
 bool PoseGraph::AreMany(const std::vector<NodePair>& pairs) const {
-  const double few = kFewPairs * static_cast<double>(graph_.nodes.size());
-  if (static_cast<double>(pairs.size()) <= few) return false;
-  std::set<NodePair> joined;
-  for (const auto& [number, constraint] : graph_.constraints)
-    joined.insert(std::minmax(constraint.from, constraint.to));
-  std::set<NodeId> others;
+  std::set<NodeId> columns;
   for (const auto& [i, k] : pairs)
-    if (!joined.count(std::minmax(i, k))) others.insert(k);
-  return static_cast<double>(pairs.size()) > few + 2.0 * static_cast<double>(others.size());
+    if (i != k && !IsFixed(i) && !IsFixed(k)) columns.insert(k);
+  const double inverse =
+      factor_->HasMarginals() ? 0 : kFewPairs * static_cast<double>(graph_.nodes.size());
+  return static_cast<double>(pairs.size()) > inverse + 2.0 * static_cast<double>(columns.size());
 }
 
 std::vector<Mat6> PoseGraph::RelativeCovariances(const std::vector<NodePair>& pairs) const {
-  if (AreMany(pairs)) return ManyRelativeCovariances(pairs);
-  if (!KeepExactFactor()) return {};
-  std::vector<Mat6> covariances;
-  for (const NodePair& pair : pairs)
-    covariances.push_back(factor_->InverseOf(DerivativesOf({pair})));
-  return covariances;
+  return KeepExactFactor() ? CovariancesByFactor(pairs) : std::vector<Mat6>{};
+}
+
+std::vector<Mat6> PoseGraph::RoughRelativeCovariances(const std::vector<NodePair>& pairs) const {
+  return KeepNearFactor() ? CovariancesByFactor(pairs) : std::vector<Mat6>{};
 }
 
 bool PoseGraph::KeepExactFactor() const {
@@ -351,42 +347,56 @@ bool PoseGraph::KeepExactFactor() const {
   return factor_.has_value();
 }
 
-/// X_ik Exp(xi) with xi = xi_k - Ad(X_ik^-1) xi_i.
-Eigen::MatrixXd PoseGraph::DerivativesOf(const std::vector<NodePair>& pairs) const {
-  const NodeRows& rows = factor_->rows();
-  Eigen::MatrixXd derivatives =
-      Eigen::MatrixXd::Zero(6 * rows.size(), 6 * static_cast<Eigen::Index>(pairs.size()));
-  Eigen::Index column = 0;
-  for (const auto& [i, k] : pairs) {
-    const auto row_i = rows.Of(i), row_k = rows.Of(k);
-    if (row_k) derivatives.block<6, 6>(6 * *row_k, column) += Mat6::Identity();
-    if (row_i)
-      derivatives.block<6, 6>(6 * *row_i, column) -= AdjointOf(Ominus(X_W(k), X_W(i))).transpose();
-    column += 6;
+bool PoseGraph::KeepNearFactor() const {
+  if (!KeepFactor()) return false;
+  if (!factor_->IsNear(graph_)) factor_ = KeptFactor::Of(graph_);
+  return factor_.has_value();
+}
+
+std::vector<Mat6> PoseGraph::CovariancesByFactor(const std::vector<NodePair>& pairs) const {
+  std::vector<Mat6> covariances;
+  if (AreMany(pairs)) {
+    covariances = CovariancesByColumns(pairs);
+  } else {
+    for (const NodePair& pair : pairs)
+      covariances.push_back(factor_->InverseOf(DerivativesOf(pair)));
   }
+  for (std::size_t p = 0; p < covariances.size(); ++p) {
+    const NodeId k = pairs[p].second;
+    const Mat6 carry = AdjointOf(Ominus(X_W(k), factor_->PoseOf(k)));
+    covariances[p] = carry * covariances[p] * carry.transpose();
+  }
+  return covariances;
+}
+
+/// X_ik Exp(xi) with xi = xi_k - Ad(X_ik^-1) xi_i.
+Eigen::MatrixXd PoseGraph::DerivativesOf(const NodePair& pair) const {
+  const auto& [i, k] = pair;
+  const NodeRows& rows = factor_->rows();
+  Eigen::MatrixXd derivatives = Eigen::MatrixXd::Zero(6 * rows.size(), 6);
+  const auto row_i = rows.Of(i), row_k = rows.Of(k);
+  if (row_k) derivatives.middleRows<6>(6 * *row_k) += Mat6::Identity();
+  if (row_i)
+    derivatives.middleRows<6>(6 * *row_i) -=
+        AdjointOf(Ominus(factor_->PoseOf(k), factor_->PoseOf(i))).transpose();
   return derivatives;
 }
 
-std::vector<Mat6> PoseGraph::ManyRelativeCovariances(const std::vector<NodePair>& pairs) const {
-  if (!KeepExactFactor()) return {};
-  if (!factor_->IsPlain()) factor_ = KeptFactor::Of(graph_);
-  if (!factor_) return {};
+std::vector<Mat6> PoseGraph::CovariancesByColumns(const std::vector<NodePair>& pairs) const {
+  if (!factor_->HasMarginals()) {
+    if (!factor_->IsPlain()) factor_ = KeptFactor::Of(graph_);
+    if (!factor_) return {};
+    factor_->FindMarginals();
+  }
   const NodeRows& rows = factor_->rows();
-  const BlockMatrix<6> inverse = factor_->Inverse();
-  std::map<NodeId, Eigen::MatrixXd> columns;  // Of the inverse, six a node.
   const auto marginal = [&](NodeId id) -> Mat6 {
     const auto row = rows.Of(id);
-    return row ? inverse.diagonal[static_cast<std::size_t>(*row)] : Mat6::Zero();
+    return row ? factor_->marginals()[static_cast<std::size_t>(*row)] : Mat6::Zero();
   };
+  std::map<NodeId, Eigen::MatrixXd> columns;  // Of the inverse, six a node.
   const auto cross = [&](NodeId i, NodeId k) -> Mat6 {
     const auto row_i = rows.Of(i), row_k = rows.Of(k);
     if (!row_i || !row_k) return Mat6::Zero();
-    const std::pair<int, int> place = std::minmax(*row_i, *row_k);
-    const auto found = std::lower_bound(inverse.places.begin(), inverse.places.end(), place);
-    if (found != inverse.places.end() && *found == place) {
-      const Mat6& block = inverse.blocks[static_cast<std::size_t>(found - inverse.places.begin())];
-      return *row_i < *row_k ? block : block.transpose();
-    }
     Eigen::MatrixXd& solved = columns[k];
     if (solved.size() == 0) {
       Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(6 * rows.size(), 6);
@@ -401,7 +411,7 @@ std::vector<Mat6> PoseGraph::ManyRelativeCovariances(const std::vector<NodePair>
       covariances.push_back(Mat6::Zero());
       continue;
     }
-    const Mat6 A = AdjointOf(Ominus(X_W(k), X_W(i)));
+    const Mat6 A = AdjointOf(Ominus(factor_->PoseOf(k), factor_->PoseOf(i)));
     const Mat6 P_ik = A * cross(i, k);
     covariances.push_back(marginal(k) + A * marginal(i) * A.transpose() - P_ik - P_ik.transpose());
   }

@@ -73,10 +73,14 @@ class PoseGraph {
 
   using NodePair = std::pair<NodeId, NodeId>;
   /// Covariance of X_ik = X_Wi^-1 * X_Wk for each pair (i, k), right perturbation. Of a few pairs:
-  /// half a solve each with the kept factor, if it is of the present poses. Of many: a
-  /// factorisation, the blocks of the inverse where there are constraints, and a solve for each k
-  /// of other pairs. Empty when the graph does not determine all poses.
+  /// half a solve each with the kept factor, if it is of the present poses. Of many: once the
+  /// inverse's diagonal blocks, and a solve for each k that is asked relative to a node that is not
+  /// fixed. Empty when the graph does not determine all poses.
   std::vector<Mat6> RelativeCovariances(const std::vector<NodePair>& pairs) const;
+  /// The same to some percent: derivatives may be those at poses a few centimetres beside the
+  /// present ones. While the graph changes by a node and some constraints at a time, that spares
+  /// most factorisations.
+  std::vector<Mat6> RoughRelativeCovariances(const std::vector<NodePair>& pairs) const;
 
   const Pose3& X_W(NodeId id) const { return graph_.nodes.at(id); }
   const std::map<NodeId, Pose3>& nodes() const { return graph_.nodes; }
@@ -91,11 +95,16 @@ class PoseGraph {
   bool KeepFactor() const;
   /// The same, so that it is of the present poses.
   bool KeepExactFactor() const;
+  /// The same of poses near by.
+  bool KeepNearFactor() const;
+  /// Covariances of X_ik at the factor's poses, carried over to the present ones. @pre there is a
+  /// factor.
+  std::vector<Mat6> CovariancesByFactor(const std::vector<NodePair>& pairs) const;
   /// Derivatives of X_ik by the poses, transposed.
-  Eigen::MatrixXd DerivativesOf(const std::vector<NodePair>& pairs) const;
-  /// Whether the covariances of so many pairs are cheaper from a new factor and its inverse.
+  Eigen::MatrixXd DerivativesOf(const NodePair& pair) const;
+  /// Whether the covariances of so many pairs are cheaper from the inverse's columns.
   bool AreMany(const std::vector<NodePair>& pairs) const;
-  std::vector<Mat6> ManyRelativeCovariances(const std::vector<NodePair>& pairs) const;
+  std::vector<Mat6> CovariancesByColumns(const std::vector<NodePair>& pairs) const;
 
   PoseGraphOptions options_;
   GraphData graph_;

@@ -169,6 +169,39 @@ TEST(PoseGraphHistoryTest, CovariancesOfFewNodesInALargeGraph) {
   }
 }
 
+double LargestDifference(const std::vector<Mat6>& dut, const std::vector<Mat6>& expected) {
+  double largest = 0;
+  for (std::size_t i = 0; i < dut.size(); ++i)
+    largest = std::max(largest, (dut[i] - expected[i]).norm() / (expected[i].norm() + 1e-12));
+  return largest;
+}
+
+/// As SLAM asks: of all nodes relative to the first and the newest, between solves.
+TEST(PoseGraphHistoryTest, RoughCovariancesAreRightToSomePercent) {
+  History history(60);
+  for (int i = 0; i < 60; ++i) history.AddNode(true);
+  for (int i = 0; i < 60; ++i) history.AddClosure();
+  ExpectSolvedLikeAnew(history);
+  double largest = 0;
+  for (int i = 0; i < 30; ++i) {
+    history.AddNode(true);
+    if (i % 2 == 0) history.AddClosure();
+    if (i % 7 == 6) history.RemoveClosure();
+    history.dut().Solve();
+    std::vector<PoseGraph::NodePair> asked = {{3, 3}};
+    const int pairs = i % 3 == 0 ? 2 : history.size();
+    for (int id = 0; id < pairs; ++id) {
+      asked.emplace_back(id, history.size() - 1);
+      asked.emplace_back(0, id);
+    }
+    const auto dut = history.dut().RoughRelativeCovariances(asked);
+    ASSERT_EQ(dut.size(), asked.size());
+    largest = std::max(largest, LargestDifference(dut, history.Anew().RelativeCovariances(asked)));
+  }
+  EXPECT_LT(largest, 0.1);
+  EXPECT_GT(largest, 1e-9) << "the factor was never that of poses before";
+}
+
 /// Closures so far off that steps with the old factor do not get there.
 TEST(PoseGraphHistoryTest, LargeCorrections) {
   History history(30);

@@ -14,10 +14,6 @@ const Mat6 kNoPrediction = 1e6 * Mat6::Identity();
 /// Added to each edge's covariance: without any drift it would have no inverse.
 const Mat6 kLeastCovariance = 1e-12 * Mat6::Identity();
 
-/// Covariances of all places are found anew once in so many submaps for each so many there are: it
-/// costs as much as all else together when there are hundreds.
-constexpr int kSubmapsARefresh = 100;
-
 /// Covariance of what is left of an odometry edge when it begins at C instead of the base. The
 /// drift grows evenly, so that a share of all of it is left, whatever the edge consists of.
 Mat6 WithoutDriftBefore(const SubmapAnchor& anchor, const Mat6& edge) {
@@ -63,6 +59,7 @@ void Slam::AddSubmap(const SubmapPtr& submap) {
     CloseLoops(*shape);
     graph_.Solve();
     if (DropContradicting()) graph_.Solve();
+    KeepIfNeeded(submap->id());
   }
   PlaceSubmaps();
   UpdateCovariances();
@@ -226,7 +223,7 @@ void Slam::PredictCovariances(NodeId newest, std::vector<LoopCandidate>& candida
   std::vector<std::pair<NodeId, NodeId>> pairs;
   for (const LoopCandidate& candidate : candidates) pairs.emplace_back(candidate.id, newest);
   if (pairs.empty()) return;
-  const auto covariances = graph_.RelativeCovariances(pairs);
+  const auto covariances = graph_.RoughRelativeCovariances(pairs);
   for (std::size_t c = 0; c < candidates.size(); ++c)
     candidates[c].covariance = covariances.empty() ? kNoPrediction : covariances[c];
 }
@@ -245,58 +242,53 @@ bool Slam::DropContradicting() {
   return dropped;
 }
 
+void Slam::KeepIfNeeded(SubmapId newest) {
+  const SubmapShape& shape = *shapes_.at(newest);
+  std::vector<const SubmapShape*> others;
+  std::vector<Pose3> X_ik;
+  for (const auto& [id, other] : shapes_) {
+    if (id == newest) continue;
+    others.push_back(other.get());
+    X_ik.push_back(PredictedX_ik(id, newest));
+  }
+  if (!IsNeeded(settings_.loop_closure, others, shape, X_ik)) shapes_.erase(newest);
+}
+
 void Slam::UpdateCovariances() {
-  const auto submaps = static_cast<int>(graph_.nodes().size());
-  if (++since_refresh_ >= submaps / kSubmapsARefresh) {
-    RefreshCovariances();
-    since_refresh_ = 0;
-  } else {
-    ExtendCovariances();
-  }
-}
-
-std::vector<Mat6> Slam::BaseCovariances(const std::vector<std::pair<NodeId, NodeId>>& pairs) const {
-  auto covariances = BodyCovariances(pairs);
-  if (covariances.empty()) covariances.assign(pairs.size(), kNoPrediction);
-  for (std::size_t p = 0; p < pairs.size(); ++p) {
-    // From X Exp(xi) at the node C to the same at the base M.
-    const Mat6 Ad = AdjointOf(anchors_.at(pairs[p].second).X_MC);
-    covariances[p] = Ad * covariances[p] * Ad.transpose();
-  }
-  return covariances;
-}
-
-void Slam::RefreshCovariances() {
   const NodeId first = graph_.nodes().begin()->first, newest = graph_.nodes().rbegin()->first;
   std::vector<std::pair<NodeId, NodeId>> pairs;
   for (const auto& [id, X_W] : graph_.nodes()) {
     pairs.emplace_back(first, id);
     pairs.emplace_back(id, newest);
   }
-  const auto covariances = BaseCovariances(pairs);
+  auto covariances = graph_.RoughRelativeCovariances(pairs);
+  AddBodyDrift(pairs, covariances);
+  if (covariances.empty()) covariances.assign(pairs.size(), kNoPrediction);
   covariances_.clear();
-  for (std::size_t p = 0; p < pairs.size(); p += 2)
-    covariances_[pairs[p].second] = {covariances[p], covariances[p + 1]};
-}
-
-void Slam::ExtendCovariances() {
-  const NodeId first = graph_.nodes().begin()->first, newest = graph_.nodes().rbegin()->first;
-  const auto of = BaseCovariances({{first, newest}, {newest - 1, newest}});
-  const Mat6 Ad = AdjointOf(Ominus(X_WM_.at(newest), X_WM_.at(newest - 1)));
-  for (auto& [id, covariance] : covariances_)
-    covariance.of_X_MN = Ad * covariance.of_X_MN * Ad.transpose() + of[1];
-  covariances_[newest].of_X_WM = of[0];
+  for (std::size_t p = 0; p < pairs.size(); p += 2) {
+    const SubmapId id = pairs[p].second;
+    // From X Exp(xi) at the node C to the same at the base M.
+    const Mat6 Ad_of = AdjointOf(anchors_.at(id).X_MC);
+    const Mat6 Ad_newest = AdjointOf(anchors_.at(newest).X_MC);
+    covariances_[id] = {Ad_of * covariances[p] * Ad_of.transpose(),
+                        Ad_newest * covariances[p + 1] * Ad_newest.transpose()};
+  }
 }
 
 std::vector<Mat6> Slam::BodyCovariances(const std::vector<std::pair<NodeId, NodeId>>& pairs) const {
   std::vector<Mat6> covariances = graph_.RelativeCovariances(pairs);
+  AddBodyDrift(pairs, covariances);
+  return covariances;
+}
+
+void Slam::AddBodyDrift(const std::vector<std::pair<NodeId, NodeId>>& pairs,
+                        std::vector<Mat6>& covariances) const {
   for (std::size_t p = 0; p < covariances.size(); ++p) {
     const auto& [i, k] = pairs[p];
     if (i == k) continue;
     covariances[p] = BodyCovariance(covariances[p], Ominus(graph_.X_W(i), graph_.X_W(k)),
                                     anchors_.at(i), anchors_.at(k));
   }
-  return covariances;
 }
 
 }  // namespace vog

@@ -103,8 +103,7 @@ class Slam {
   /// all poses.
   std::vector<Mat6> BodyCovariances(const std::vector<std::pair<NodeId, NodeId>>& pairs) const;
 
-  /// One for each submap. With more than 200 submaps most are some submaps old: then they are upper
-  /// bounds.
+  /// One for each submap, right to some percent.
   const std::map<SubmapId, PlaceCovariance>& covariances() const { return covariances_; }
 
  private:
@@ -124,12 +123,12 @@ class Slam {
   Pose3 PredictedX_ik(NodeId i, NodeId k) const;
   void PredictCovariances(NodeId newest, std::vector<LoopCandidate>& candidates) const;
   bool DropContradicting();
+  /// Forgets the newest submap's shape where enough others hold its content already.
+  void KeepIfNeeded(SubmapId newest);
   void UpdateCovariances();
-  std::vector<Mat6> BaseCovariances(const std::vector<std::pair<NodeId, NodeId>>& pairs) const;
-  void RefreshCovariances();
-  /// Those of before and the newest motion: never too sure, because what closures have taught since
-  /// is left out.
-  void ExtendCovariances();
+  /// From covariances between nodes to those of the body's motions.
+  void AddBodyDrift(const std::vector<std::pair<NodeId, NodeId>>& pairs,
+                    std::vector<Mat6>& covariances) const;
 
   SlamSettings settings_;
   RegistrationHook hook_;
@@ -137,10 +136,9 @@ class Slam {
   PoseGraph graph_;
   std::map<SubmapId, SubmapAnchor> anchors_;
   std::map<SubmapId, Pose3> X_WM_;
-  std::map<SubmapId, std::unique_ptr<SubmapShape>> shapes_;
+  std::map<SubmapId, std::unique_ptr<SubmapShape>> shapes_;  ///< Those that loops are closed with.
   std::vector<Closure> closures_;
   std::map<SubmapId, PlaceCovariance> covariances_;
-  int since_refresh_ = 0;
   std::int64_t version_ = 0;
 };
 

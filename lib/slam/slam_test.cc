@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <numeric>
+#include <set>
 
 #include "lib/loopclosure/submaps_testing.h"
 
@@ -239,8 +240,8 @@ TEST(SlamTest, BodyCovariancesHoldTheDriftInside) {
   EXPECT_LT((body - frames - inside - Ad * inside * Ad.transpose()).norm(), 1e-12);
   EXPECT_LT(slam->BodyCovariances({{3, 3}})[0].norm(), 1e-20);
   const auto of = slam->BodyCovariances({{2, 15}, {0, 2}});
-  EXPECT_LT((slam->covariances().at(2).of_X_MN - of[0]).norm(), 1e-12);
-  EXPECT_LT((slam->covariances().at(2).of_X_WM - of[1]).norm(), 1e-12);
+  EXPECT_LT((slam->covariances().at(2).of_X_MN - of[0]).norm(), 0.02 * of[0].norm());
+  EXPECT_LT((slam->covariances().at(2).of_X_WM - of[1]).norm(), 0.02 * of[1].norm());
 }
 
 // The node's place is a matter of how the graph is written: what is known of a base is not.
@@ -252,29 +253,44 @@ TEST(SlamTest, CovariancesAreThoseOfTheBasesWhateverIsTheNode) {
   const Pose3 X_MC = NodeIn(mission.submaps[5]->X_ML, NodePlace::kMiddle);
   const Mat6 Ad = AdjointOf(X_MC);
   const Mat6 expected = Ad * slam->BodyCovariances({{0, 5}})[0] * Ad.transpose();
-  EXPECT_LT((slam->covariances().at(5).of_X_WM - expected).norm(), 1e-12);
+  EXPECT_LT((slam->covariances().at(5).of_X_WM - expected).norm(), 0.02 * expected.norm());
 }
 
-// With hundreds of submaps most covariances are those of before and the newest motion. Without
-// closures that is all there is to know.
-TEST(SlamTest, CovariancesAreExtendedBetweenRefreshes) {
+TEST(SlamTest, CovariancesOfAllPlacesAreTheGraphs) {
   const Mission mission(10, 4);
   SlamSettings settings;
   settings.slam.loop_closures = false;
   Slam slam(settings);
-  for (SubmapId newest = 0; newest < 206; ++newest) {
+  for (SubmapId newest = 0; newest < 60; ++newest) {
     auto submap = std::make_shared<Submap>(*mission.submaps[newest == 0 ? 0 : 1 + newest % 3]);
     submap->base.id = newest;
     slam.AddSubmap(submap);
-    if (newest < 199) continue;
+    if (newest < 50) continue;
     ASSERT_EQ(slam.covariances().size(), newest + 1u);
-    const auto exact = slam.BodyCovariances({{0, newest}, {100, newest}, {newest - 1, newest}});
+    const auto exact = slam.BodyCovariances({{0, newest}, {30, newest}, {newest - 1, newest}});
     EXPECT_LT((slam.covariances().at(newest).of_X_WM - exact[0]).norm(), 1e-6 * exact[0].norm());
-    EXPECT_LT((slam.covariances().at(100).of_X_MN - exact[1]).norm(), 1e-3 * exact[1].norm());
+    EXPECT_LT((slam.covariances().at(30).of_X_MN - exact[1]).norm(), 1e-3 * exact[1].norm());
     EXPECT_LT((slam.covariances().at(newest - 1).of_X_MN - exact[2]).norm(),
               1e-6 * exact[2].norm());
     EXPECT_LT(slam.covariances().at(newest).of_X_MN.norm(), 1e-12);
   }
+}
+
+// In the one room a few submaps hold all that there is to see. The others still find their places.
+TEST(SlamTest, ClosesLoopsWithNoMoreSubmapsThanHoldAll) {
+  const Mission mission(2, 24);
+  SlamSettings settings;
+  settings.loop_closure.enough_targets = 4;
+  const auto slam = SlamOf(mission, settings);
+  std::set<SubmapId> targets, joined;
+  for (const Slam::Closure& closure : slam->closures()) {
+    targets.insert(closure.loop.from);
+    if (closure.loop.accepted) joined.insert(closure.loop.to);
+  }
+  EXPECT_GE(targets.size(), 4u);
+  EXPECT_LE(targets.size(), 12u);
+  EXPECT_GT(joined.size(), 20u);
+  EXPECT_LT(mission.ErrorOf(slam->X_WM()), 0.4 * mission.ErrorOf(mission.Odometry()));
 }
 
 // In mid-mission all is known of a motion is that it was some metres at most: the reckoning says it

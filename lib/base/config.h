@@ -94,11 +94,10 @@ class Config {
   void Set(std::string_view assignment);
 
   /// Fills `Options` from the table `name` ("planner", "scene.propeller", or "case[0]" for the
-  /// first of the tables [[case]]); absent keys keep their defaults. @throws UsageError on an
-  /// unknown key, a wrong type or a value out of range.
+  /// first of the tables [[case]]); absent keys keep what `options` has, by itself the defaults.
+  /// @throws UsageError on an unknown key, a wrong type or a value out of range.
   template <class Options>
-  Options Read(const std::string& name) const {
-    Options options;
+  Options Read(const std::string& name, Options options = {}) const {
     ReadInto(name, [&](OptionsVisitor& visitor) { options.Visit(visitor); });
     return options;
   }

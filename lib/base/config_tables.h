@@ -6,7 +6,7 @@
 namespace vog {
 
 /// The tables of a mission file. A process reads those that concern it; none may be misspelt.
-inline constexpr std::array<std::string_view, 40> kConfigTables = {
+inline constexpr std::array<std::string_view, 41> kConfigTables = {
     "mission",
     "bus",
     "simulation",
@@ -36,6 +36,7 @@ inline constexpr std::array<std::string_view, 40> kConfigTables = {
     "pose_graph",
     "slam",
     "exploration",
+    "keep_out",
     "planner",
     "controller",
     "evaluation",

@@ -86,8 +86,19 @@ void CollisionChecker::FindObstacles(const OccupancyMap& map,
   }
 }
 
+bool CollisionChecker::EntersKeepOut(const Pose3& X_BW) const {
+  const fcl::Boxd hull(rules_.hull_size_m);
+  return std::any_of(keep_out_W_.begin(), keep_out_W_.end(), [&](const Eigen::AlignedBox3d& box_W) {
+    const fcl::Boxd box(Vec3(box_W.sizes()));
+    fcl::CollisionResultd result;
+    return fcl::collide<double>(&hull, Pose3::Identity(), &box, X_BW * MakePose(box_W.center()),
+                                fcl::CollisionRequestd(), result) > 0;
+  });
+}
+
 bool CollisionChecker::Touches(const Waypoint& at, double voxel_size_m) const {
   const Pose3 X_BW = at.X_WB().inverse();
+  if (EntersKeepOut(X_BW)) return true;
   const double voxel_radius_m = voxel_size_m * std::numbers::sqrt3 / 2;
   const fcl::Boxd voxel(voxel_size_m, voxel_size_m, voxel_size_m);
   for (const Obstacle& obstacle : obstacles_) {

@@ -36,6 +36,9 @@ class CollisionChecker {
   CollisionChecker Scaled(double share) const;
 
   void SetBubble(const FreeBubble& bubble) { bubble_ = bubble; }
+  /// Boxes in W that no part of the vehicle, without clearance, may enter.
+  void SetKeepOut(std::vector<Eigen::AlignedBox3d> boxes_W) { keep_out_W_ = std::move(boxes_W); }
+  const std::vector<Eigen::AlignedBox3d>& keep_out_W() const { return keep_out_W_; }
   /// Which voxels inside the box at the vehicle's present place are taken for free.
   enum class Presence { kCoversUnknown, kCoversOccupied };
   /// Tells that the vehicle is at `at`: voxels inside its box there, grown by `margin_m`, are free.
@@ -69,10 +72,12 @@ class CollisionChecker {
   bool IsInsideHull(const Vec3& p_W) const;
   void FindObstacles(const OccupancyMap& map, const Eigen::AlignedBox3d& bounds_W) const;
   bool Touches(const Waypoint& at, double voxel_size_m) const;
+  bool EntersKeepOut(const Pose3& X_BW) const;
   int SamplesOf(const OccupancyMap& map, const Waypoint& from, const Waypoint& to) const;
 
   CollisionRules rules_;
   FreeBubble bubble_;
+  std::vector<Eigen::AlignedBox3d> keep_out_W_;
   // The box at the vehicle's present place, in which nothing can be: half its size is 0 before
   // SetPresence().
   Pose3 X_PW_ = Pose3::Identity();

@@ -17,25 +17,32 @@ class GridMap final : public OccupancyMap {
   explicit GridMap(double voxel_size_m) : OccupancyMap(voxel_size_m, 0) {}
 
   void Set(const VoxelKey& key, float log_odds) {
-    log_odds_[key] = log_odds;
+    if (kNear.Contains(key)) {
+      near_[kNear.IndexOf(key)] = log_odds;
+    } else {
+      far_[key] = log_odds;
+    }
     ++revision_;
   }
   void Fill(const VoxelBox& box, float log_odds) {
     ForEachVoxel(box, [&](const VoxelKey& key) { Set(key, log_odds); });
   }
   float Get(const VoxelKey& key) const {
-    const auto found = log_odds_.find(key);
-    return found == log_odds_.end() ? kUnknownLogOdds : found->second;
+    if (kNear.Contains(key)) return near_[kNear.IndexOf(key)];
+    const auto found = far_.find(key);
+    return found == far_.end() ? kUnknownLogOdds : found->second;
   }
 
   /// Gives each occupied voxel the sigma that `draw()` returns.
   template <class Draw>
   void SetSigmas(Draw draw) {
-    for (const auto& [key, log_odds] : log_odds_) {
-      if (!IsOccupied(log_odds)) continue;
+    const auto set = [&](const VoxelKey& key) {
+      if (!IsOccupied(Get(key))) return;
       sigma_m_[key] = static_cast<float>(draw());
       max_sigma_m_ = std::max<double>(max_sigma_m_, sigma_m_[key]);
-    }
+    };
+    ForEachVoxel(kNear, set);
+    for (const auto& [key, log_odds] : far_) set(key);
   }
   double SigmaAt(const VoxelKey& key) const {
     const auto found = sigma_m_.find(key);
@@ -63,7 +70,9 @@ class GridMap final : public OccupancyMap {
   std::int64_t revision() const override { return revision_; }
 
  private:
-  std::unordered_map<VoxelKey, float> log_odds_, sigma_m_;
+  static constexpr VoxelBox kNear = {{-32, -32, -32}, {31, 31, 31}};
+  std::vector<float> near_ = std::vector<float>(kNear.count(), kUnknownLogOdds);
+  std::unordered_map<VoxelKey, float> far_, sigma_m_;
   double max_sigma_m_ = 0;
   std::int64_t revision_ = 0;
 };

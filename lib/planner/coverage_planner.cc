@@ -8,7 +8,7 @@ namespace vog {
 namespace {
 
 // Places looked at in one plan: those that are new, and those that may have less than they had.
-constexpr int kNewPlaces = 40, kOldPlaces = 40;
+constexpr int kNewPlaces = 24, kOldPlaces = 24;
 /// Views whose ways are tested in one plan.
 constexpr int kWays = 12;
 /// A view is done with when less than this share of it is left.
@@ -47,8 +47,13 @@ double CoveragePlanner::WeightOf(const VoxelKey& key) const {
 
 double CoveragePlanner::GainAt(const OccupancyMap& map, const Waypoint& at) const {
   double gain = 0;
-  for (const VoxelKey& key : view_.See(map, at)) gain += WeightOf(key);
-  return gain;
+  int voxels = 0;
+  for (const VoxelKey& key : view_.See(map, at)) {
+    const double weight = WeightOf(key);
+    gain += weight;
+    voxels += weight > 0;
+  }
+  return voxels < options_.zero_gain_voxels ? 0 : gain;
 }
 
 bool CoveragePlanner::IsObsolete(const OccupancyMap& map, const std::vector<Waypoint>& path) const {
@@ -114,7 +119,7 @@ CoveragePlanner::View CoveragePlanner::FindBest(const OccupancyMap& map, const W
       const Waypoint to{routes_.PositionOf(reached), YawOfHeading(view.heading)};
       const double gain = GainAt(map, to);
       float& promised = KnownOf(reached).gain[static_cast<std::size_t>(view.heading)];
-      if (gain >= options_.zero_gain_voxels && gain >= promised / 2) {
+      if (gain > 0 && gain >= promised / 2) {
         gain_of_plan_ = gain;
         return view;
       }

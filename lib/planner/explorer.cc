@@ -33,23 +33,32 @@ constexpr double kFlightShare = 0.5;
 Explorer::Explorer(const PlannerOptions& options, const MotionLimits& limits,
                    const ExplorationOptions& exploration, const SonarOptions& sonar,
                    const MissionOptions& mission)
-    : options_(options),
-      box_W_(exploration.box_W()),
-      mission_(mission),
-      checker_(options.collision_rules()),
-      routes_(options, limits, box_W_) {
-  if (options.kind == PlannerKind::kNextBestView) {
-    planner_ = std::make_unique<NbvPlanner>(options, sonar, box_W_, mission.seed);
-  } else {
-    planner_ = std::make_unique<CoveragePlanner>(options, limits, sonar, box_W_, mission.seed);
-  }
+    : limits_(limits), sonar_(sonar), mission_(mission), checker_(options.collision_rules()) {
+  SetRules(options, exploration);
 }
 
 Explorer::~Explorer() = default;
 
+void Explorer::SetRules(const PlannerOptions& options, const ExplorationOptions& exploration) {
+  options_ = options;
+  exploration_ = exploration;
+  box_W_ = exploration.box_W();
+  checker_ = CollisionChecker(options.collision_rules());
+  checker_.SetKeepOut(exploration.keep_out_W());
+  if (start_W_) SetStart(*start_W_);
+  routes_ = std::make_unique<Routes>(options, limits_, box_W_);
+  if (options.kind == PlannerKind::kNextBestView) {
+    planner_ = std::make_unique<NbvPlanner>(options, sonar_, box_W_, mission_.seed);
+  } else {
+    planner_ = std::make_unique<CoveragePlanner>(options, limits_, sonar_, box_W_, mission_.seed);
+  }
+  if (state_ != ExplorerState::kFinished) plan_.reset();
+}
+
 void Explorer::SetStart(const Vec3& p_W) {
+  start_W_ = p_W;
+  home_W_ = exploration_.home == HomePlace::kStart ? p_W : exploration_.home_m;
   checker_.SetBubble({p_W, options_.bubble_radius_m});
-  home_ = Waypoint{p_W, 0};
 }
 
 Random Explorer::NextRandom() {
@@ -115,7 +124,7 @@ void Explorer::EndWith(const std::string& reason, bool goes_home) {
   if (end_reason_.empty()) end_reason_ = reason;
   planner_->Forget();
   failures_ = 0;
-  if (!goes_home || !home_) {
+  if (!goes_home || !home_W_) {
     Finish(*last_at_);
     return;
   }
@@ -235,7 +244,7 @@ bool Explorer::Explore(const OccupancyMap& map, const Waypoint& at) {
 }
 
 bool Explorer::ReturnHome(const OccupancyMap& map, const Waypoint& at) {
-  if (LengthOf(at, *home_) < kHome_m) {
+  if ((at.position_W_m - *home_W_).norm() < kHome_m) {
     is_home_ = true;
     Finish(at);
     return true;
@@ -243,10 +252,10 @@ bool Explorer::ReturnHome(const OccupancyMap& map, const Waypoint& at) {
   const auto checker = CheckerFor(map, at);
   if (!checker) return false;
   for (int tries = 0; tries < kWaysHome; ++tries) {
-    routes_.Search(map, *checker, at);
-    const auto home = routes_.ReachedNear(home_->position_W_m, kHome_m);
+    routes_->Search(map, *checker, at);
+    const auto home = routes_->ReachedNear(*home_W_, kHome_m);
     if (!home) return false;
-    auto way = routes_.RouteTo(map, *checker, *home, at.yaw_rad);
+    auto way = routes_->RouteTo(map, *checker, *home, at.yaw_rad);
     if (!way) continue;
     SetPlan(std::move(*way), PlanKind::kPath);
     return true;

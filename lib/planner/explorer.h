@@ -59,6 +59,9 @@ class Explorer {
   /// Whether the vehicle has come home in the end.
   bool is_home() const { return is_home_; }
 
+  /// Goes on by other rules and in another box. What the planner remembers of views is lost.
+  void SetRules(const PlannerOptions& options, const ExplorationOptions& exploration);
+
   /// Ends the exploration: goes home, or stays when `goes_home` is false.
   void EndWith(const std::string& reason, bool goes_home);
 
@@ -99,15 +102,18 @@ class Explorer {
   Random NextRandom();
 
   PlannerOptions options_;
+  MotionLimits limits_;
+  SonarOptions sonar_;
+  ExplorationOptions exploration_;
   Eigen::AlignedBox3d box_W_;
   MissionOptions mission_;
   CollisionChecker checker_;
   std::unique_ptr<ViewPlanner> planner_;
-  Routes routes_;
+  std::unique_ptr<Routes> routes_;
 
   ExplorerState state_ = ExplorerState::kExploring;
   std::string end_reason_, hold_;
-  std::optional<Waypoint> home_;
+  std::optional<Vec3> start_W_, home_W_;
   bool is_home_ = false;
   std::optional<Plan> plan_;
   PlanKind kind_ = PlanKind::kHold;

@@ -12,20 +12,25 @@ const Waypoint kStart{{-1.5, -0.5, 0}, 0};
 /// A vehicle that flies its plans at once and sees as it goes.
 class ExplorerTest : public testing::Test {
  protected:
-  ExplorerTest() { Restart(); }
+  ExplorerTest() {
+    exploration_.min_m = ChamberBox().min();
+    exploration_.max_m = ChamberBox().max();
+    options_.kind = PlannerKind::kNextBestView;
+    mission_.when_done = WhenDone::kEnd;
+    Restart();
+  }
 
   void Restart() {
-    explorer_.emplace(options_, MotionLimits{},
-                      ExplorationOptions{ChamberBox().min(), ChamberBox().max()}, sonar_, mission_);
+    explorer_.emplace(options_, MotionLimits{}, exploration_, sonar_, mission_);
     explorer_->SetStart(kStart.position_W_m);
     known_ = GridMap(kChamberVoxel_m);
     at_ = kStart;
     Look(truth_, sonar_, at_.X_WB(), known_);
   }
 
-  const Plan* Update(double seconds = 1) {
+  const Plan* Update(double seconds = 1, const std::string& hold = {}) {
     now_ += FromSeconds(seconds);
-    return explorer_->Update(known_, at_.X_WB(), now_, submaps_);
+    return explorer_->Update(known_, at_.X_WB(), now_, submaps_, hold);
   }
   /// Whether the true walls are in the way of the bare hull.
   bool IsTrulyFree(const Waypoint& from, const Waypoint& to) const {
@@ -55,8 +60,9 @@ class ExplorerTest : public testing::Test {
   }
 
   const GridMap truth_ = Chamber();
-  const SonarOptions sonar_ = WideSonar();
+  SonarOptions sonar_ = WideSonar();
   PlannerOptions options_ = SmallPlanner();
+  ExplorationOptions exploration_;
   MissionOptions mission_;
   std::optional<Explorer> explorer_;
   GridMap known_{kChamberVoxel_m};
@@ -232,6 +238,150 @@ TEST_F(ExplorerTest, BacksOutAlongTheWayItCame) {
   ASSERT_NE(plan, nullptr);
   EXPECT_GT(plan->path.size(), 1u);
   EXPECT_GT(LengthOf(plan->path.back(), before), 0.2);
+}
+
+/// The same with the planner of coverage, and home at the end.
+class CoverageTest : public ExplorerTest {
+ protected:
+  CoverageTest() {
+    options_.kind = PlannerKind::kCoverage;
+    mission_.when_done = WhenDone::kReturn;
+    Restart();
+  }
+  double UnknownShare() const {
+    int unknown = 0, all = 0;
+    ForEachVoxel(VoxelsOf(truth_.grid(), ChamberBox()), [&](const VoxelKey& key) {
+      if (truth_.IsOccupied(truth_.Get(key))) return;
+      ++all;
+      unknown += !IsKnown(known_.Get(key));
+    });
+    return static_cast<double>(unknown) / all;
+  }
+  void FlyToTheEnd(int most = 300) {
+    for (int i = 0; i < most && explorer_->state() != ExplorerState::kFinished; ++i)
+      if (const Plan* plan = Update(3)) Fly(plan->path);
+  }
+  double ToStart_m() const { return (at_.position_W_m - kStart.position_W_m).norm(); }
+};
+
+TEST_F(CoverageTest, ExploresAClosedRoomAndComesHome) {
+  FlyToTheEnd();
+  EXPECT_EQ(explorer_->state(), ExplorerState::kFinished);
+  EXPECT_EQ(explorer_->end_reason(), "nothing_to_gain");
+  EXPECT_LT(UnknownShare(), 0.02);
+  EXPECT_TRUE(explorer_->is_home());
+  EXPECT_LT(ToStart_m(), 0.51);
+  EXPECT_EQ(Update(100), nullptr);
+}
+
+TEST_F(CoverageTest, GoesHomeWithItsBudgets) {
+  mission_.max_distance_m = 4;
+  Restart();
+  FlyToTheEnd();
+  EXPECT_EQ(explorer_->end_reason(), "max_distance");
+  EXPECT_LT(ToStart_m(), 0.51);
+  mission_.max_distance_m = 0;
+  mission_.max_duration_s = 30;
+  Restart();
+  FlyToTheEnd();
+  EXPECT_EQ(explorer_->end_reason(), "max_duration");
+  EXPECT_LT(ToStart_m(), 0.51);
+}
+
+TEST_F(CoverageTest, GoesToAHomeThatIsNotTheStart) {
+  exploration_.home = HomePlace::kPlace;
+  exploration_.home_m = {-1.5, 1.2, 0};
+  mission_.max_distance_m = 6;
+  Restart();
+  FlyToTheEnd();
+  EXPECT_TRUE(explorer_->is_home());
+  EXPECT_LT((at_.position_W_m - exploration_.home_m).norm(), 0.51);
+}
+
+TEST_F(CoverageTest, HoldsWhileItIsToldTo) {
+  const Plan* plan = Update();
+  ASSERT_NE(plan, nullptr);
+  plan = Update(1, "no sonar");
+  ASSERT_NE(plan, nullptr);
+  ASSERT_EQ(plan->path.size(), 1u);
+  EXPECT_EQ(plan->path[0].position_W_m, at_.position_W_m);
+  EXPECT_EQ(explorer_->hold(), "no sonar");
+  EXPECT_EQ(Update(100, "no sonar"), nullptr);
+  EXPECT_EQ(explorer_->state(), ExplorerState::kExploring);
+  plan = Update(1);
+  ASSERT_NE(plan, nullptr) << "goes on at once";
+  EXPECT_TRUE(explorer_->hold().empty());
+}
+
+TEST_F(CoverageTest, StaysOutOfKeepOutBoxes) {
+  KeepOutOptions keep_out;
+  keep_out.min_m = {-3.5, 0.6, -1.2};
+  keep_out.max_m = {3.5, 2.5, 1.2};
+  exploration_.keep_out = {keep_out};
+  Restart();
+  const double half_m = 0.5 * options_.hull_size_m.x();
+  for (int i = 0; i < 300 && explorer_->state() != ExplorerState::kFinished; ++i) {
+    const Plan* plan = Update(3);
+    if (plan == nullptr) continue;
+    for (const Waypoint& waypoint : plan->path)
+      EXPECT_LT(waypoint.position_W_m.y() + half_m, 0.6 + 1e-9);
+    Fly(plan->path);
+  }
+  EXPECT_EQ(explorer_->end_reason(), "nothing_to_gain");
+}
+
+TEST_F(CoverageTest, ObeysNewRulesFromThenOn) {
+  for (int i = 0; i < 5; ++i)
+    if (const Plan* plan = Update(3)) Fly(plan->path);
+  ExplorationOptions smaller = exploration_;
+  smaller.max_m.x() = at_.position_W_m.x() + 0.3;
+  explorer_->SetRules(options_, smaller);
+  for (int i = 0; i < 300 && explorer_->state() != ExplorerState::kFinished; ++i) {
+    const Plan* plan = Update(3);
+    if (plan == nullptr) continue;
+    EXPECT_LT(plan->path.back().position_W_m.x(), smaller.max_m.x() + 0.1);
+    Fly(plan->path);
+  }
+  EXPECT_EQ(explorer_->end_reason(), "nothing_to_gain");
+  EXPECT_TRUE(explorer_->is_home());
+}
+
+TEST_F(CoverageTest, EndsAsItIsTold) {
+  for (int i = 0; i < 8; ++i)
+    if (const Plan* plan = Update(3)) Fly(plan->path);
+  explorer_->EndWith("go_home", true);
+  EXPECT_EQ(explorer_->state(), ExplorerState::kReturning);
+  FlyToTheEnd(50);
+  EXPECT_EQ(explorer_->end_reason(), "go_home");
+  EXPECT_TRUE(explorer_->is_home());
+  Restart();
+  Update();
+  explorer_->EndWith("abort", false);
+  EXPECT_EQ(explorer_->state(), ExplorerState::kFinished);
+  EXPECT_EQ(explorer_->plan()->path.size(), 1u);
+}
+
+TEST_F(CoverageTest, DoesNotLookForEverForWhatCannotBeSeen) {
+  // A stretch of water that no scan ever clears.
+  sonar_.tilt_rate_deg_s = 70;
+  Restart();
+  const VoxelBox murky = {{-8, 4, -3}, {-3, 9, 2}};
+  for (int i = 0; i < 600 && explorer_->state() == ExplorerState::kExploring; ++i) {
+    const Plan* plan = Update(3);
+    if (plan != nullptr) Fly(plan->path);
+    known_.Fill(murky, kUnknownLogOdds);
+  }
+  EXPECT_EQ(explorer_->end_reason(), "nothing_to_gain");
+}
+
+TEST_F(CoverageTest, EndsWhereThereIsNothing) {
+  // In a box that the sonar cannot see into, all around unknown: what the bubble allows, then home.
+  exploration_.min_m = {10, 10, 10};
+  exploration_.max_m = {11, 11, 11};
+  Restart();
+  FlyToTheEnd();
+  EXPECT_EQ(explorer_->state(), ExplorerState::kFinished);
+  EXPECT_FALSE(explorer_->end_reason().empty());
 }
 
 }  // namespace

@@ -69,7 +69,9 @@ void FreeSpace::Measure(const VoxelGrid& grid) {
 
   step_ = std::max(1, static_cast<int>(std::lround(wanted_spacing_m_ / voxel_m)));
   spacing_m_ = step_ * voxel_m;
-  const VoxelBox inside = VoxelsOf(grid, box_W_);
+  // Centres of voxels inside the box.
+  const Vec3 inset = (0.5 * box_W_.sizes()).cwiseMin(Vec3::Constant(0.5 * voxel_m));
+  const VoxelBox inside = VoxelsOf(grid, {box_W_.min() + inset, box_W_.max() - inset});
   const auto fit = [&](std::int64_t size, std::int32_t min, int& count, std::int32_t& first) {
     count = static_cast<int>((size - 1) / step_) + 1;
     first = min + static_cast<std::int32_t>((size - 1 - std::int64_t{count - 1} * step_) / 2);
@@ -130,9 +132,23 @@ void FreeSpace::Update(const OccupancyMap& map, const CollisionChecker& checker)
   ReadChanges(map, checker);
   FindOccupied(map, checker.rules());
   MarkNeighbours();
+  keep_out_.clear();
+  for (const Eigen::AlignedBox3d& box_W : checker.keep_out_W()) {
+    if (box_W.intersects(
+            Eigen::AlignedBox3d(grid_->CenterOf(voxels_.min), grid_->CenterOf(voxels_.max))))
+      keep_out_.push_back(Clipped(box_W));
+  }
   for (int level = 0; level < count_[2]; ++level) DrawLevel(level);
   headings_.assign(static_cast<std::size_t>(places()), 0);
   has_headings_.assign(static_cast<std::size_t>(places()), false);
+}
+
+VoxelBox FreeSpace::Clipped(const Eigen::AlignedBox3d& box_W) const {
+  const VoxelBox box = VoxelsOf(*grid_, box_W);
+  return {{std::max(box.min.x, voxels_.min.x), std::max(box.min.y, voxels_.min.y),
+           std::max(box.min.z, voxels_.min.z)},
+          {std::min(box.max.x, voxels_.max.x), std::min(box.max.y, voxels_.max.y),
+           std::min(box.max.z, voxels_.max.z)}};
 }
 
 void FreeSpace::ReadChanges(const OccupancyMap& map, const CollisionChecker& checker) {
@@ -142,11 +158,7 @@ void FreeSpace::ReadChanges(const OccupancyMap& map, const CollisionChecker& che
   std::size_t count = 0;
   const auto add = [&](const Eigen::AlignedBox3d& box_W) {
     if (box_W.isEmpty()) return;
-    VoxelBox box = VoxelsOf(*grid_, box_W);
-    box.min = {std::max(box.min.x, voxels_.min.x), std::max(box.min.y, voxels_.min.y),
-               std::max(box.min.z, voxels_.min.z)};
-    box.max = {std::min(box.max.x, voxels_.max.x), std::min(box.max.y, voxels_.max.y),
-               std::min(box.max.z, voxels_.max.z)};
+    const VoxelBox box = Clipped(box_W);
     if (box.size_x() <= 0 || box.size_y() <= 0 || box.size_z() <= 0) return;
     boxes.push_back(box);
     count += box.count();
@@ -220,6 +232,15 @@ void FreeSpace::DrawLevel(int level) {
   for (std::int32_t layer = z - unknown_layers_; layer <= z + unknown_layers_; ++layer) {
     const State* states = &states_[voxels_.IndexOf({voxels_.min.x, voxels_.min.y, layer})];
     for (std::size_t i = 0; i < unknown.size(); ++i) unknown[i] |= states[i] == kUnknown;
+  }
+  for (const VoxelBox& box : keep_out_) {
+    if (z + unknown_layers_ < box.min.z || z - unknown_layers_ > box.max.z) continue;
+    for (std::int32_t y = box.min.y; y <= box.max.y; ++y) {
+      const std::size_t row = static_cast<std::size_t>(y - voxels_.min.y) * width;
+      std::fill_n(unknown.begin() + static_cast<std::ptrdiff_t>(
+                                        row + static_cast<std::size_t>(box.min.x - voxels_.min.x)),
+                  box.size_x(), std::uint8_t{1});
+    }
   }
   const auto by_height = [](const Occupied& a, std::int32_t height) { return a.key.z < height; };
   const auto begin =

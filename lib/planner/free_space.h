@@ -71,6 +71,8 @@ class FreeSpace {
   };
 
   void Measure(const VoxelGrid& grid);
+  /// The voxels of a box, as far as they are among those looked at.
+  VoxelBox Clipped(const Eigen::AlignedBox3d& box_W) const;
   Footprint FootprintOf(const CollisionRules& rules, double clearance_m, double yaw_rad) const;
   void SetRules(const CollisionRules& rules);
   void ReadChanges(const OccupancyMap& map, const CollisionChecker& checker);
@@ -96,6 +98,7 @@ class FreeSpace {
   std::vector<State> states_;
   std::vector<Occupied> occupied_;  // By height.
   std::vector<std::uint8_t> is_next_to_occupied_;
+  std::vector<VoxelBox> keep_out_;
   std::vector<Level> levels_;
   std::int64_t revision_ = -1;
   Eigen::AlignedBox3d hidden_W_;  // Where the vehicle hid what the map says.

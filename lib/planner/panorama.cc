@@ -50,10 +50,10 @@ GainByHeading Panorama::Look(const OccupancyMap& map, const Vec3& p_W,
     const Vec3 away = map.grid().CenterOf(key) - origin_W;
     const double turns = std::atan2(away.y(), away.x()) / (2 * std::numbers::pi);
     const int sector = static_cast<int>(std::floor(turns * kSectors) + kSectors) % kSectors;
-    // How many rays a voxel so far away meets.
+    // How many rays a voxel so far away meets, in the mean; some meet none.
     const double rays =
         kShadowOfACube * voxel_m * voxel_m / (away.squaredNorm() * ray_solid_angle_sr_);
-    by_sector[static_cast<std::size_t>(sector)] += weight(key) / std::min(1.0, rays);
+    by_sector[static_cast<std::size_t>(sector)] += weight(key) / -std::expm1(-rays);
   }
   for (int heading = 0; heading < kHeadings; ++heading) {
     const double yaw = YawOfHeading(heading);

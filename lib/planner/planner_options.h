@@ -1,28 +1,80 @@
 #pragma once
 
+#include <algorithm>
+#include <string>
+#include <vector>
+
 #include "lib/base/config.h"
 #include "lib/collision/collision_checker.h"
 #include "lib/geometry/pose.h"
 
 namespace vog {
 
+/// A box in W that the vehicle must not enter: a table [[keep_out]] for each.
+struct KeepOutOptions {
+  Vec3 min_m = Vec3::Zero();
+  Vec3 max_m = Vec3::Zero();
+
+  void Visit(OptionsVisitor& v) {
+    v("min_m", min_m, Between(-1e4, 1e4), "lower corner of a box in W that no part may enter");
+    v("max_m", max_m, Between(-1e4, 1e4), "upper corner; the default is no box");
+  }
+};
+
+/// Where the vehicle goes when the mission is over.
+enum class HomePlace { kStart, kPlace };
+
 /// The box that is to be explored: the vehicle's centre stays inside, and only unknown voxels
 /// inside count as gain. Default: the propeller's, 12 x 7 x 3.5 m.
 struct ExplorationOptions {
   Vec3 min_m = {-6, -3.5, -1.75};
   Vec3 max_m = {6, 3.5, 1.75};
+  double max_depth_m = 1e4;
+  HomePlace home = HomePlace::kStart;
+  Vec3 home_m = {0, 0, 0};
+  std::vector<KeepOutOptions> keep_out;  ///< From the tables [[keep_out]].
 
   void Visit(OptionsVisitor& v) {
     v("min_m", min_m, Between(-1e4, 1e4), "lower corner of the exploration box in W");
     v("max_m", max_m, Between(-1e4, 1e4), "upper corner");
+    v("max_depth_m", max_depth_m, Between(-1e4, 1e4),
+      "the vehicle's centre goes no deeper below z = 0 of W, whatever the box says");
+    v("home", home, Names<HomePlace>{{HomePlace::kStart, "start"}, {HomePlace::kPlace, "place"}},
+      "where the mission ends: where it started, or at home_m");
+    v("home_m", home_m, Between(-1e4, 1e4), "the place in W, with home = \"place\"");
   }
 
-  Eigen::AlignedBox3d box_W() const { return {min_m, max_m}; }
+  /// Reads both tables, over what `options` has.
+  /// @throws UsageError like Config::Read(), and if a box is empty.
+  static ExplorationOptions From(const Config& config, ExplorationOptions options) {
+    options = config.Read<ExplorationOptions>("exploration", options);
+    const int boxes = config.CountOf("keep_out");
+    if (boxes > 0) options.keep_out.clear();
+    for (int i = 0; i < boxes; ++i) {
+      const std::string name = "keep_out[" + std::to_string(i) + "]";
+      options.keep_out.push_back(config.Read<KeepOutOptions>(name));
+      if (!(options.keep_out.back().max_m.array() > options.keep_out.back().min_m.array()).all())
+        throw UsageError(config.WhereIs(name) +
+                         "keep_out.max_m must be larger than keep_out.min_m on every axis");
+    }
+    if (!(options.box_W().max().array() > options.box_W().min().array()).all())
+      throw UsageError(
+          "exploration.max_m must be larger than exploration.min_m on every axis, and above "
+          "exploration.max_depth_m");
+    return options;
+  }
 
-  /// @throws UsageError if the box is empty.
-  void Validate() const {
-    if (!(max_m.array() > min_m.array()).all())
-      throw UsageError("exploration.max_m must be larger than exploration.min_m on every axis");
+  static ExplorationOptions From(const Config& config) {
+    return From(config, ExplorationOptions());
+  }
+
+  Eigen::AlignedBox3d box_W() const {
+    return {Vec3(min_m.x(), min_m.y(), std::max(min_m.z(), -max_depth_m)), max_m};
+  }
+  std::vector<Eigen::AlignedBox3d> keep_out_W() const {
+    std::vector<Eigen::AlignedBox3d> boxes;
+    for (const KeepOutOptions& box : keep_out) boxes.emplace_back(box.min_m, box.max_m);
+    return boxes;
   }
 };
 

@@ -10,6 +10,10 @@
 namespace vog {
 namespace {
 
+/// How long scans may fail to come, or submaps may be missing, before the vehicle stays where it
+/// is.
+constexpr Duration kPatience = std::chrono::seconds(5);
+
 const char* NameOf(ExplorerState state) {
   switch (state) {
     case ExplorerState::kExploring:
@@ -54,18 +58,16 @@ plan_t ToMessage(const Plan& plan) {
 
 PlannerSettings PlannerSettings::From(const Config& config) {
   const auto controller = config.Read<ControllerOptions>("controller");
-  PlannerSettings settings{config.Read<MissionOptions>("mission"),
-                           config.Read<PlannerOptions>("planner"),
-                           {controller.max_speed_m_s, controller.max_yaw_rate_rad_s},
-                           config.Read<ExplorationOptions>("exploration"),
-                           config.Read<SonarOptions>("sonar"),
-                           config.Read<SubmapOptions>("submap"),
-                           config.Read<SensorModelOptions>("sensor_model"),
-                           config.Read<MapOptions>("map"),
-                           config.Read<FuseOptions>("fuse"),
-                           config.Read<BusOptions>("bus").run_id};
-  settings.exploration.Validate();
-  return settings;
+  return {config.Read<MissionOptions>("mission"),
+          config.Read<PlannerOptions>("planner"),
+          {controller.max_speed_m_s, controller.max_yaw_rate_rad_s},
+          ExplorationOptions::From(config),
+          config.Read<SonarOptions>("sonar"),
+          config.Read<SubmapOptions>("submap"),
+          config.Read<SensorModelOptions>("sensor_model"),
+          config.Read<MapOptions>("map"),
+          config.Read<FuseOptions>("fuse"),
+          config.Read<BusOptions>("bus").run_id};
 }
 
 PlannerNode::PlannerNode(Bus& bus, const PlannerSettings& settings)
@@ -80,13 +82,15 @@ PlannerNode::PlannerNode(Bus& bus, const PlannerSettings& settings)
       standard_map_(settings.submap.voxel_size_m, settings.sensor_model),
       receiver_(endpoint_,
                 {[this](const SubmapPtr& submap) { OnSubmap(submap); }, [this] { OnReset(); },
-                 [this](const map_status_t& status) { is_complete_ = status.complete; }}) {
+                 [this](const map_status_t& status) { OnMapStatus(status); }}) {
   endpoint_.Subscribe(outputs::kSubmapPoses,
                       [this](Time, const submap_poses_t& message) { OnSubmapPoses(message); });
   endpoint_.Subscribe(outputs::kScan, [this](Time, const scan_t& message) { OnScan(message); });
   endpoint_.Subscribe(outputs::kNav, [this](Time, const nav_t& message) { OnNav(message); });
   endpoint_.Subscribe(outputs::kPose,
                       [this](Time, const pose_estimate_t& message) { OnPose(message); });
+  endpoint_.Subscribe(outputs::kOperator,
+                      [this](Time, const operator_command_t& message) { OnOperator(message); });
   bus.Every(std::chrono::seconds(1), [this](Time) {
     if (explorer_.plan() != nullptr) PublishPlan(*explorer_.plan(), newest_pose_);
     PublishMissionStatus(newest_pose_);
@@ -97,7 +101,10 @@ PlannerNode::PlannerNode(Bus& bus, const PlannerSettings& settings)
     counters["fused"] = submaps_.fused();
     counters["scans_dropped"] = synchronizer_.dropped();
     counters["leaps"] = leaps_;
-    return receiver_.IsComplete() ? "ok" : "waiting for submaps";
+    counters["orders"] = orders_;
+    counters["refused_orders"] = refused_orders_;
+    if (!receiver_.IsComplete()) return std::string("waiting for submaps");
+    return explorer_.hold().empty() ? std::string("ok") : "holding: " + explorer_.hold();
   });
 }
 
@@ -114,6 +121,11 @@ void PlannerNode::OnSubmap(const SubmapPtr& submap) {
   } else {
     submaps_.Place(submap, submap->base.odometry.X_OB);  // Until SLAM tells better.
   }
+}
+
+void PlannerNode::OnMapStatus(const map_status_t& status) {
+  is_complete_ = status.complete;
+  newest_map_ = newest_pose_;
 }
 
 void PlannerNode::OnReset() { submaps_.Clear(); }
@@ -142,6 +154,7 @@ void PlannerNode::OnScan(const scan_t& message) {
     endpoint_.NoteMalformed();
     return;
   }
+  newest_scan_ = std::max(newest_scan_, scan->time);
   synchronizer_.Add(std::move(*scan));
   AddScans();
 }
@@ -199,22 +212,82 @@ void PlannerNode::OnPose(const pose_estimate_t& message) {
   newest_pose_ = TimeOf(message.header);
   pose_version_ = message.version;
   // A planner that is started again after the mission does not begin another.
-  if (!receiver_.IsComplete() || is_complete_) return;
+  if (is_complete_) return;
+  if (receiver_.IsComplete()) {
+    incomplete_since_.reset();
+  } else if (!incomplete_since_) {
+    incomplete_since_ = newest_pose_;
+  }
+  // Submaps that are on their way come in a moment.
+  const bool is_late = incomplete_since_ && newest_pose_ - *incomplete_since_ >= kPatience;
+  if (!receiver_.IsComplete() && !(has_start_ && is_late)) return;
   if (!has_start_) {
     // Who comes late knows the start from the first submap.
     explorer_.SetStart(submaps_.Has(0) ? submaps_.X_WM(0).translation() : X_WB->translation());
     has_start_ = true;
+    newest_scan_ = std::max(newest_scan_, newest_pose_);
+    newest_map_ = newest_pose_;
   }
   ShowOpen(*X_WO, message.segment);
   const Mat3 since = MatrixFrom<3>(message.covariance_xyyaw);
   map_->SetSigmaSince(std::sqrt(std::max({0.0, since(0, 0), since(1, 1)})));
   const ExplorerState before = explorer_.state();
+  const std::string held = explorer_.hold();
   const Plan* plan =
       explorer_.Update(planning_map(), UsesStandardMap() ? X_WO->inverse() * *X_WB : *X_WB,
-                       newest_pose_, receiver_.announced());
+                       newest_pose_, receiver_.announced(), ReasonToHold());
   if (plan != nullptr) PublishPlan(*plan, newest_pose_);
   MeasureExplored();
-  if (explorer_.state() != before) PublishMissionStatus(newest_pose_);
+  if (explorer_.state() != before || explorer_.hold() != held) PublishMissionStatus(newest_pose_);
+}
+
+std::string PlannerNode::ReasonToHold() const {
+  if (is_paused_) return "paused";
+  if (!receiver_.IsComplete() || newest_pose_ - newest_map_ >= kPatience) return "no map";
+  if (newest_pose_ - newest_scan_ >= kPatience) return "no sonar";
+  return {};
+}
+
+void PlannerNode::OnOperator(const operator_command_t& message) {
+  ++orders_;
+  try {
+    Obey(message);
+    refused_.clear();
+  } catch (const UsageError& error) {
+    ++refused_orders_;
+    refused_ = error.what();
+  }
+  PublishMissionStatus(newest_pose_);
+}
+
+void PlannerNode::Obey(const operator_command_t& message) {
+  if (explorer_.state() == ExplorerState::kFinished) throw UsageError("the mission is over");
+  if (message.command == "pause") {
+    is_paused_ = true;
+  } else if (message.command == "resume") {
+    is_paused_ = false;
+  } else if (message.command == "go_home") {
+    is_paused_ = false;
+    explorer_.EndWith("go_home", /*goes_home=*/true);
+  } else if (message.command == "abort") {
+    explorer_.EndWith("abort", /*goes_home=*/false);
+    if (explorer_.plan() != nullptr) PublishPlan(*explorer_.plan(), newest_pose_);
+  } else if (message.command == "set") {
+    ChangeSettings(message.settings);
+  } else {
+    throw UsageError("unknown order \"" + message.command +
+                     "\"; there are pause, resume, go_home, abort and set");
+  }
+}
+
+void PlannerNode::ChangeSettings(const std::string& toml) {
+  constexpr std::string_view kTables[] = {"exploration", "keep_out", "planner"};
+  const Config config = Config::Parse(toml, "order");
+  config.RejectUnknownTables(kTables);
+  const auto exploration = ExplorationOptions::From(config, settings_.exploration);
+  settings_.planner = config.Read<PlannerOptions>("planner", settings_.planner);
+  settings_.exploration = exploration;
+  explorer_.SetRules(settings_.planner, settings_.exploration);
 }
 
 const OccupancyMap& PlannerNode::planning_map() const {
@@ -240,6 +313,8 @@ void PlannerNode::PublishMissionStatus(Time time) {
   status.hold = explorer_.hold();
   status.end_reason = explorer_.end_reason();
   status.is_home = explorer_.is_home();
+  status.orders = orders_;
+  status.refused = refused_;
   status.plans = explorer_.plan() != nullptr ? explorer_.plan()->id : 0;
   status.submaps = std::max(0, receiver_.announced());
   status.explored_m3 = explored_m3_;

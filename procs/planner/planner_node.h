@@ -36,8 +36,8 @@ struct PlannerSettings {
 };
 
 /// Explores: plans on its own replica of the map and tells the path and the state of the mission.
-/// In: SUBMAP, MAP_STATUS, SUBMAP_POSES, SCAN, NAV, POSE. Out: PLAN, MISSION_STATUS, MAP_REQUEST,
-/// STATUS.
+/// In: SUBMAP, MAP_STATUS, SUBMAP_POSES, SCAN, NAV, POSE, OPERATOR. Out: PLAN, MISSION_STATUS,
+/// MAP_REQUEST, STATUS.
 class PlannerNode {
  public:
   PlannerNode(Bus& bus, const PlannerSettings& settings);
@@ -48,6 +48,7 @@ class PlannerNode {
  private:
   bool UsesStandardMap() const { return settings_.mission.mode == MissionMode::kStandard; }
   void OnSubmap(const SubmapPtr& submap);
+  void OnMapStatus(const map_status_t& status);
   void OnReset();
   void OnSubmapPoses(const submap_poses_t& message);
   void OnScan(const scan_t& message);
@@ -55,6 +56,12 @@ class PlannerNode {
   void AddScans();
   void AddToOpen(const RegisteredScan& registered);
   void OnPose(const pose_estimate_t& message);
+  void OnOperator(const operator_command_t& message);
+  /// Follows the order; otherwise throws UsageError.
+  void Obey(const operator_command_t& message);
+  void ChangeSettings(const std::string& toml);
+  /// Why the vehicle must stay where it is; empty when it need not.
+  std::string ReasonToHold() const;
   void MeasureExplored();
   void ShowOpen(const Pose3& X_WO, std::int64_t segment);
   void PublishPlan(const Plan& plan, Time time);
@@ -80,7 +87,11 @@ class PlannerNode {
   bool is_complete_ = false;   // The mission is over and its map saved.
   int measured_submaps_ = -1;  // When explored_m3_ was measured.
   double explored_m3_ = 0;
-  Time newest_pose_;
+  Time newest_pose_, newest_scan_, newest_map_;
+  std::optional<Time> incomplete_since_;  // Since when submaps are missing.
+  bool is_paused_ = false;
+  std::int64_t orders_ = 0, refused_orders_ = 0;
+  std::string refused_;  // Why the last order was not followed.
   SubmapReceiver receiver_;
 };
 

@@ -18,7 +18,8 @@ class PlannerNodeTest : public testing::Test {
   PlannerNodeTest() {
     settings_.planner = SmallPlanner();
     settings_.sonar = WideSonar();
-    settings_.exploration = {Vec3(-2.9, -2.4, -1.1), Vec3(2.9, 2.4, 1.1)};
+    settings_.exploration.min_m = {-2.9, -2.4, -1.1};
+    settings_.exploration.max_m = {2.9, 2.4, 1.1};
     settings_.submap.voxel_size_m = 0.15;
     settings_.submap.scans_per_submap = kScansPerSubmap;
     settings_.run_id = slam_settings_.run_id = map_settings_.run_id = Bench::kRun;
@@ -137,6 +138,7 @@ TEST_F(PlannerNodeTest, WaitsForTheMap) {
 
 TEST_F(PlannerNodeTest, EndsWithTheBudget) {
   settings_.mission.max_submaps = 2;
+  settings_.mission.when_done = WhenDone::kEnd;
   Start();
   vehicle_.Drive(2 * kScansPerSubmap + 2);
   const mission_status_t status = bench_.Last(outputs::kMissionStatus);
@@ -273,6 +275,55 @@ TEST_F(PlannerNodeTest, DamagedBytesAreCountedAndHarmless) {
       damaged + 2);
   ExpectSound(bench_.Last(outputs::kPlan));
   EXPECT_EQ(bench_.CounterOf("vog-planner", "submaps"), 2);
+}
+
+TEST_F(PlannerNodeTest, ObeysTheOperator) {
+  Start();
+  vehicle_.Drive(kScansPerSubmap);
+  const auto order = [&](const std::string& command, const std::string& settings = {}) {
+    operator_command_t message{};
+    message.command = command;
+    message.settings = settings;
+    bench_.Say(outputs::kOperator, message, bench_.queue.now());
+    vehicle_.Drive(2);
+    return bench_.Last(outputs::kMissionStatus);
+  };
+  mission_status_t status = order("pause");
+  EXPECT_EQ(status.hold, "paused");
+  EXPECT_EQ(status.orders, 1);
+  EXPECT_EQ(bench_.Last(outputs::kPlan).waypoints, 1);
+  status = order("resume");
+  EXPECT_EQ(status.hold, "");
+  EXPECT_EQ(status.state, "exploring");
+  EXPECT_NE(order("dance").refused.find("unknown order"), std::string::npos);
+  EXPECT_NE(order("set", "[planner]\nrange_m = -1").refused.find("range_m"), std::string::npos);
+  EXPECT_NE(order("set", "[sonar]\nfov_deg = 30").refused.find("sonar"), std::string::npos);
+  EXPECT_EQ(order("set", "[exploration]\nmax_depth_m = 0.9").refused, "");
+  EXPECT_EQ(order("abort").state, "finished");
+  EXPECT_EQ(bench_.Last(outputs::kMissionStatus).end_reason, "abort");
+  EXPECT_EQ(bench_.Last(outputs::kPlan).waypoints, 1);
+  EXPECT_NE(order("resume").refused.find("over"), std::string::npos);
+}
+
+TEST_F(PlannerNodeTest, HoldsWithoutSonarAndWithoutMap) {
+  Start();
+  vehicle_.Drive(kScansPerSubmap);
+  const auto pose_after = [&](int seconds) {
+    pose_estimate_t pose = bench_.Last(outputs::kPose);
+    for (int i = 0; i < seconds; ++i) {
+      pose.header.utime_us += 1000000;
+      bench_.Say(outputs::kPose, pose, TimeOf(pose.header));
+      bench_.RunFor(std::chrono::seconds(1));
+    }
+    return bench_.Last(outputs::kMissionStatus).hold;
+  };
+  map_status_t map = bench_.Last(outputs::kMapStatus);
+  EXPECT_EQ(pose_after(4), "");
+  bench_.Say(outputs::kMapStatus, map, bench_.queue.now());
+  EXPECT_EQ(pose_after(2), "no sonar");
+  EXPECT_EQ(bench_.Last(outputs::kPlan).waypoints, 1);
+  map_service_.reset();
+  EXPECT_EQ(pose_after(6), "no map");
 }
 
 class PlannerMethodTest : public PlannerNodeTest, public testing::WithParamInterface<MapMethod> {};

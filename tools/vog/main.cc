@@ -13,6 +13,7 @@ int Run(int argc, char** argv) {
   vog::AddMissionCommand(app);
   vog::AddCampaignCommand(app);
   vog::AddLaunchCommand(app);
+  vog::AddOperatorCommand(app);
   vog::AddStatusCommand(app);
   vog::AddSpyCommand(app);
   vog::AddReplayCommand(app);

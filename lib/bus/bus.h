@@ -30,6 +30,11 @@ class Bus {
   /// ticks.
   virtual void Every(Duration period, Tick tick) = 0;
 
+  /// Calls `work` after messages have been handled, when no more of them wait: for work that only
+  /// the newest of them matter to, which would otherwise fall behind on a slow machine. Where they
+  /// never cease, after each thousand all the same. In lock step: after each message.
+  virtual void WhenCaughtUp(std::function<void()> work) = 0;
+
   /// Grows from one start of the process to the next.
   virtual std::int64_t epoch() const = 0;
 };

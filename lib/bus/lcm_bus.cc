@@ -14,6 +14,7 @@ constexpr Duration kMaxWait = std::chrono::milliseconds(50);
 // empty.
 constexpr Duration kPacedPeriod = std::chrono::milliseconds(2);
 constexpr int kQueueCapacity = 20000;
+constexpr int kMaxBurst = 1000;
 constexpr const char* kSelfTestChannel = "VOG_SELF_TEST";
 constexpr const char* kLibrarysSelfTestChannel = "LCM_SELF_TEST";
 
@@ -167,6 +168,20 @@ Duration LcmBus::WaitTime(Duration limit) const {
   return std::max(wait, Duration::zero());
 }
 
+void LcmBus::HandleMessages(Duration limit) {
+  const Duration wait = handled_ > 0 ? Duration::zero() : WaitTime(limit);
+  const int status = lcm_.handleTimeout(
+      static_cast<int>(std::chrono::ceil<std::chrono::milliseconds>(wait).count()));
+  if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
+  if (status > 0) ++handled_;
+  if (status > 0 ? handled_ >= kMaxBurst : handled_ > 0) CatchUp();
+}
+
+void LcmBus::CatchUp() {
+  handled_ = 0;
+  for (const auto& work : works_) work();
+}
+
 void LcmBus::Run(const std::atomic<bool>& stop) {
   while (!stop) RunFor(Duration::zero());
 }
@@ -176,10 +191,7 @@ void LcmBus::RunFor(Duration timeout) {
   do {
     RunTimers();
     SendPaced();
-    const Duration limit = timeout > Duration::zero() ? end - SystemTime() : kMaxWait;
-    lcm_.handleTimeout(
-        static_cast<int>(std::chrono::ceil<std::chrono::milliseconds>(WaitTime(limit)).count()));
-    if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
+    HandleMessages(timeout > Duration::zero() ? end - SystemTime() : kMaxWait);
   } while (SystemTime() < end);
 }
 

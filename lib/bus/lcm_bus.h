@@ -45,6 +45,7 @@ class LcmBus final : public Bus {
   void Subscribe(const std::string& channel, Handler handler) override;
   /// Ticks follow the system clock; `now` is the vehicle's time all the same.
   void Every(Duration period, Tick tick) override;
+  void WhenCaughtUp(std::function<void()> work) override { works_.push_back(std::move(work)); }
   std::int64_t epoch() const override { return epoch_; }
 
   /// Calls `handler(now, channel, bytes)` with every message there is, but for those by which buses
@@ -91,6 +92,8 @@ class LcmBus final : public Bus {
   void Guard(Handle handle);
   void RunTimers();
   void SendPaced();
+  void HandleMessages(Duration limit);
+  void CatchUp();
   Duration WaitTime(Duration limit) const;
 
   BusOptions options_;
@@ -102,6 +105,8 @@ class LcmBus final : public Bus {
   std::deque<Subscription> subscriptions_;  // Deques: LCM keeps their addresses.
   std::deque<Listener> listeners_;
   std::deque<Timer> timers_;
+  std::deque<std::function<void()>> works_;
+  int handled_ = 0;  // Messages, since works_ were called.
   std::deque<Waiting> waiting_;
   Time next_paced_{};
   std::exception_ptr failure_;  // Kept until LCM's C frames are off the stack.

@@ -6,6 +6,7 @@
 #include <csignal>
 #include <fstream>
 #include <memory>
+#include <thread>
 
 #include "lib/bus/process.h"
 #include "vog/nav_t.hpp"
@@ -92,6 +93,35 @@ TEST_F(LcmBusTest, PacedMessagesAllArriveInOrder) {
   }
   ASSERT_EQ(heard.size(), 50u);
   EXPECT_TRUE(std::is_sorted(heard.begin(), heard.end()));
+}
+
+TEST_F(LcmBusTest, WorksWhenNoMoreMessagesWait) {
+  constexpr int kMessages = 50;
+  int heard = 0;
+  std::vector<int> worked_at;
+  there_->Subscribe("X", [&](Time, Bytes) { ++heard; });
+  there_->WhenCaughtUp([&] { worked_at.push_back(heard); });
+  for (int i = 0; i < kMessages; ++i) here_->Publish("X", {});
+  std::this_thread::sleep_for(milliseconds(200));  // Until all are there.
+  EXPECT_TRUE(RunUntil(*there_, [&] { return !worked_at.empty(); }));
+  EXPECT_EQ(worked_at, std::vector<int>{kMessages});
+  there_->RunFor(milliseconds(50));
+  EXPECT_EQ(worked_at.size(), 1u) << "nothing came";
+  here_->Publish("X", {});
+  EXPECT_TRUE(RunUntil(*there_, [&] { return worked_at.size() == 2; }));
+  EXPECT_EQ(worked_at.back(), kMessages + 1);
+}
+
+TEST_F(LcmBusTest, WorksNowAndThenWhereMessagesNeverCease) {
+  int heard = 0, worked = 0;
+  there_->Subscribe("X", [&](Time, Bytes bytes) {
+    ++heard;
+    there_->Publish("X", bytes);
+    there_->Publish("X", bytes);
+  });
+  there_->WhenCaughtUp([&] { ++worked; });
+  here_->Publish("X", {});
+  EXPECT_TRUE(RunUntil(*there_, [&] { return worked > 0; }));
 }
 
 TEST_F(LcmBusTest, FlushSendsAllThatWaits) {

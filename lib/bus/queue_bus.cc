@@ -19,7 +19,13 @@ class QueueBus::Node final : public Bus {
     queue_.subscriptions_[channel].push_back({this, std::move(handler)});
   }
   void Every(Duration period, Tick tick) override { TickAt(queue_.now_ + period, period, tick); }
+  void WhenCaughtUp(std::function<void()> work) override { works_.push_back(std::move(work)); }
   std::int64_t epoch() const override { return 0; }
+
+  void Handle(const Subscription& subscription, const Event& event) const {
+    subscription.handler(event.time, event.bytes);
+    for (const auto& work : works_) work();
+  }
 
   const std::string& name() const { return name_; }
 
@@ -34,6 +40,7 @@ class QueueBus::Node final : public Bus {
   QueueBus& queue_;
   std::string name_;
   Duration latency_;
+  std::vector<std::function<void()>> works_;
 };
 
 QueueBus::QueueBus() = default;
@@ -74,13 +81,13 @@ void QueueBus::Deliver(const Event& event) {
 
 void QueueBus::Handle(const Subscription& subscription, const Event& event) {
   if (!handled_observer_) {
-    subscription.handler(event.time, event.bytes);
+    subscription.node->Handle(subscription, event);
     return;
   }
   Handled handled{event.time, subscription.node->name(), event.channel, 0, {}};
   published_ = &handled.published;
   const auto start = std::chrono::steady_clock::now();
-  subscription.handler(event.time, event.bytes);
+  subscription.node->Handle(subscription, event);
   handled.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   published_ = nullptr;
   handled_observer_(handled);

@@ -63,6 +63,15 @@ TEST_F(QueueBusTest, WhatANodePublishesArrivesItsLatencyLater) {
   EXPECT_EQ(heard_, "10:quick 15:slow ");
 }
 
+TEST_F(QueueBusTest, ANodeWorksAfterEachOfItsMessages) {
+  Bus& a = dut_.AddNode("a");
+  a.Subscribe("X", Note());
+  a.WhenCaughtUp([this] { heard_ += "work "; });
+  for (const char* channel : {"X", "Y", "X"}) dut_.PublishAt(At(10), channel, Word("x"));
+  dut_.RunUntil(At(20));
+  EXPECT_EQ(heard_, "10:x work 10:x work ");
+}
+
 TEST_F(QueueBusTest, EachSubscriberHearsEachMessageInOrderOfSubscription) {
   Bus& a = dut_.AddNode("a");
   Bus& b = dut_.AddNode("b");

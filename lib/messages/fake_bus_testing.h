@@ -25,10 +25,19 @@ class FakeBus final : public Bus {
     handlers_[channel].push_back(std::move(handler));
   }
   void Every(Duration, Tick tick) override { ticks_.push_back(std::move(tick)); }
+  void WhenCaughtUp(std::function<void()> work) override { works_.push_back(std::move(work)); }
   std::int64_t epoch() const override { return current_epoch; }
 
   void Deliver(const Sent& message, Time now = {}) {
+    Arrive(message, now);
+    CatchUp();
+  }
+  /// A message behind which others wait.
+  void Arrive(const Sent& message, Time now = {}) {
     for (const Handler& handler : handlers_[message.channel]) handler(now, message.bytes);
+  }
+  void CatchUp() {
+    for (const auto& work : works_) work();
   }
   void TickAll(Time now = {}) {
     for (const Tick& tick : ticks_) tick(now);
@@ -41,6 +50,7 @@ class FakeBus final : public Bus {
  private:
   std::map<std::string, std::vector<Handler>> handlers_;
   std::vector<Tick> ticks_;
+  std::vector<std::function<void()>> works_;
 };
 
 }  // namespace vog

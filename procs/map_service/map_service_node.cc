@@ -28,9 +28,13 @@ std::uint32_t VersionOf(submap_t message) {
 }  // namespace
 
 MapServiceSettings MapServiceSettings::From(const Config& config) {
-  return {config.Read<MapOptions>("map"),       config.Read<FuseOptions>("fuse"),
-          config.Read<SubmapOptions>("submap"), config.Read<SensorModelOptions>("sensor_model"),
-          config.Read<DriftOptions>("drift"),   config.Read<BusOptions>("bus").run_id};
+  return {config.Read<MissionOptions>("mission"),
+          config.Read<MapOptions>("map"),
+          config.Read<FuseOptions>("fuse"),
+          config.Read<SubmapOptions>("submap"),
+          config.Read<SensorModelOptions>("sensor_model"),
+          config.Read<DriftOptions>("drift"),
+          config.Read<BusOptions>("bus").run_id};
 }
 
 MapServiceNode::MapServiceNode(Bus& bus, const MapServiceSettings& settings)
@@ -118,7 +122,8 @@ void MapServiceNode::OnNav(const nav_t& message) {
 
 void MapServiceNode::AddScans() {
   while (const auto registered = synchronizer_.Next()) {
-    if (is_finished_) continue;
+    // A planner that is behind, or dead, learns of the used budget later.
+    if (is_finished_ || IsBudgetUsed()) continue;
     if (const SubmapPtr closed = Add(*registered)) OnClosed(closed, newest_);
     ShowOpen();
   }
@@ -195,8 +200,8 @@ void MapServiceNode::OnMissionStatus(const mission_status_t& message) {
   if (message.state != "finished" || is_finished_) return;
   is_finished_ = true;
   const SubmapPtr last = builder_.Close();
-  // What was seen beyond the budget belongs to the mission only on the way home.
-  if (last && (message.end_reason != kBudgetUsed || message.is_home)) OnClosed(last, newest_);
+  // What was seen beyond the budget does not belong to the mission.
+  if (last && message.end_reason != kBudgetUsed) OnClosed(last, newest_);
   ShowOpen();
   CompleteIfDone(newest_);
 }

@@ -8,6 +8,7 @@
 #include "lib/base/config.h"
 #include "lib/messages/convert.h"
 #include "lib/messages/endpoint.h"
+#include "lib/planner/mission_options.h"
 #include "lib/posegraph/g2o.h"
 #include "lib/scan/scan_synchronizer.h"
 #include "lib/submap/submap_builder.h"
@@ -19,6 +20,7 @@
 namespace vog {
 
 struct MapServiceSettings {
+  MissionOptions mission;
   MapOptions map;
   FuseOptions fuse;
   SubmapOptions submap;
@@ -41,6 +43,7 @@ class MapServiceNode {
 
  private:
   void Resume();
+  bool IsBudgetUsed() const { return submaps_.size() >= settings_.mission.max_submaps; }
   void OnScan(const scan_t& message);
   void OnNav(const nav_t& message);
   void AddScans();

@@ -472,6 +472,21 @@ TEST_F(MapServiceNodeTest, IsCompleteWhenEverySubmapOfAFinishedMissionHasItsPose
   EXPECT_TRUE(Status().complete);
 }
 
+// The planner may be behind: more than the budget is never built.
+TEST_F(MapServiceNodeTest, KeepsTheBudgetByItself) {
+  settings_.mission.max_submaps = 2;
+  Start();
+  vehicle_.Drive(5 * kScansPerSubmap);
+  EXPECT_EQ(Status().submaps, 2);
+  EXPECT_FALSE(Status().has_open);
+  SayPoses(2, 3);
+  SayGraph(3);
+  EXPECT_FALSE(Status().complete);
+  SayFinished();
+  EXPECT_TRUE(Status().complete);
+  EXPECT_EQ(LoadMapFolder(settings_.map.directory).map.submaps.size(), 2u);
+}
+
 TEST_F(MapServiceNodeTest, RestartAfterTheEndStillCompletes) {
   vehicle_.Drive(2 * kScansPerSubmap);
   SayPoses(2, 3);

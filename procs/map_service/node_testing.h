@@ -46,6 +46,11 @@ class ProcessBus final : public Bus {
       if (!alive.expired()) tick(now);
     });
   }
+  void WhenCaughtUp(std::function<void()> work) override {
+    bus_.WhenCaughtUp([alive = std::weak_ptr<bool>(alive_), work] {
+      if (!alive.expired()) work();
+    });
+  }
   std::int64_t epoch() const override { return epoch_; }
 
  private:

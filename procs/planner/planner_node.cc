@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <utility>
 
 #include "lib/baselines/make_submap_map.h"
 #include "lib/bus/lcm_bus.h"
@@ -91,6 +92,7 @@ PlannerNode::PlannerNode(Bus& bus, const PlannerSettings& settings)
                       [this](Time, const pose_estimate_t& message) { OnPose(message); });
   endpoint_.Subscribe(outputs::kOperator,
                       [this](Time, const operator_command_t& message) { OnOperator(message); });
+  bus.WhenCaughtUp([this] { PlanWithNewestPose(); });
   bus.Every(std::chrono::seconds(1), [this](Time) {
     if (explorer_.plan() != nullptr) PublishPlan(*explorer_.plan(), newest_pose_);
     PublishMissionStatus(newest_pose_);
@@ -100,6 +102,7 @@ PlannerNode::PlannerNode(Bus& bus, const PlannerSettings& settings)
     counters["submaps"] = submaps_.size();
     counters["fused"] = submaps_.fused();
     counters["scans_dropped"] = synchronizer_.dropped();
+    counters["poses_skipped"] = poses_skipped_;
     counters["leaps"] = leaps_;
     counters["orders"] = orders_;
     counters["refused_orders"] = refused_orders_;
@@ -211,34 +214,46 @@ void PlannerNode::OnPose(const pose_estimate_t& message) {
   }
   newest_pose_ = TimeOf(message.header);
   pose_version_ = message.version;
+  if (newest_estimate_) ++poses_skipped_;
+  newest_estimate_ = {newest_pose_, *X_WB, *X_WO, message.segment,
+                      MatrixFrom<3>(message.covariance_xyyaw)};
+}
+
+bool PlannerNode::MayPlan() {
   // A planner that is started again after the mission does not begin another.
-  if (is_complete_) return;
+  if (is_complete_) return false;
+  // The mission ends with its budget, whether the last submaps are here or not.
+  if (receiver_.announced() >= settings_.mission.max_submaps) return true;
   if (receiver_.IsComplete()) {
     incomplete_since_.reset();
-  } else if (!incomplete_since_) {
-    incomplete_since_ = newest_pose_;
+    return true;
   }
   // Submaps that are on their way come in a moment.
-  const bool is_late = incomplete_since_ && newest_pose_ - *incomplete_since_ >= kPatience;
-  if (!receiver_.IsComplete() && !(has_start_ && is_late)) return;
+  if (!incomplete_since_) incomplete_since_ = newest_pose_;
+  return has_start_ && newest_pose_ - *incomplete_since_ >= kPatience;
+}
+
+void PlannerNode::PlanWithNewestPose() {
+  const auto estimate = std::exchange(newest_estimate_, std::nullopt);
+  if (!estimate || !MayPlan()) return;
+  const auto& [time, X_WB, X_WO, segment, covariance_xyyaw] = *estimate;
   if (!has_start_) {
     // Who comes late knows the start from the first submap.
-    explorer_.SetStart(submaps_.Has(0) ? submaps_.X_WM(0).translation() : X_WB->translation());
+    explorer_.SetStart(submaps_.Has(0) ? submaps_.X_WM(0).translation() : X_WB.translation());
     has_start_ = true;
     newest_scan_ = std::max(newest_scan_, newest_pose_);
     newest_map_ = newest_pose_;
   }
-  ShowOpen(*X_WO, message.segment);
-  const Mat3 since = MatrixFrom<3>(message.covariance_xyyaw);
-  map_->SetSigmaSince(std::sqrt(std::max({0.0, since(0, 0), since(1, 1)})));
+  ShowOpen(X_WO, segment);
+  map_->SetSigmaSince(std::sqrt(std::max({0.0, covariance_xyyaw(0, 0), covariance_xyyaw(1, 1)})));
   const ExplorerState before = explorer_.state();
   const std::string held = explorer_.hold();
   const Plan* plan =
-      explorer_.Update(planning_map(), UsesStandardMap() ? X_WO->inverse() * *X_WB : *X_WB,
-                       newest_pose_, receiver_.announced(), ReasonToHold());
-  if (plan != nullptr) PublishPlan(*plan, newest_pose_);
+      explorer_.Update(planning_map(), UsesStandardMap() ? X_WO.inverse() * X_WB : X_WB, time,
+                       receiver_.announced(), ReasonToHold());
+  if (plan != nullptr) PublishPlan(*plan, time);
   MeasureExplored();
-  if (explorer_.state() != before || explorer_.hold() != held) PublishMissionStatus(newest_pose_);
+  if (explorer_.state() != before || explorer_.hold() != held) PublishMissionStatus(time);
 }
 
 std::string PlannerNode::ReasonToHold() const {

@@ -62,6 +62,8 @@ class PlannerNode {
   void ChangeSettings(const std::string& toml);
   /// Why the vehicle must stay where it is; empty when it need not.
   std::string ReasonToHold() const;
+  void PlanWithNewestPose();
+  bool MayPlan();
   void MeasureExplored();
   void ShowOpen(const Pose3& X_WO, std::int64_t segment);
   void PublishPlan(const Plan& plan, Time time);
@@ -82,6 +84,14 @@ class PlannerNode {
   std::map<SubmapId, Pose3> X_WM_;  // Newest poses from SLAM.
   std::int64_t poses_epoch_ = -1, poses_version_ = 0;
   std::int64_t pose_version_ = 0;  // Of the poses that POSE stands on: they may have been missed.
+  struct PoseEstimate {
+    Time time;
+    Pose3 X_WB, X_WO;
+    std::int64_t segment;
+    Mat3 covariance_xyyaw;  // Since the submap that it stands on.
+  };
+  std::optional<PoseEstimate> newest_estimate_;  // Until it has been planned with.
+  std::int64_t poses_skipped_ = 0;
   std::int64_t leaps_ = 0;
   bool has_start_ = false;
   bool is_complete_ = false;   // The mission is over and its map saved.

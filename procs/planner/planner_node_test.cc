@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "lib/messages/fake_bus_testing.h"
 #include "lib/planner/chamber_testing.h"
 #include "procs/map_service/map_service_node.h"
 #include "procs/map_service/node_testing.h"
@@ -146,6 +147,49 @@ TEST_F(PlannerNodeTest, EndsWithTheBudget) {
   EXPECT_EQ(status.end_reason, "max_submaps");
   EXPECT_EQ(status.submaps, 2);
   EXPECT_EQ(bench_.Last(outputs::kPlan).waypoints, 1);
+}
+
+// On a slow machine, or a network that loses much, the last ones may be long in coming.
+TEST_F(PlannerNodeTest, EndsWithTheBudgetWithoutTheLastSubmaps) {
+  settings_.mission.max_submaps = 2;
+  ProcessBus bus(bench_.queue, "dut", ++epoch_, [](const std::string& channel, Bytes) {
+    return channel == outputs::kSubmap.name;
+  });
+  const PlannerNode dut(bus, settings_);
+  vehicle_.Drive(2 * kScansPerSubmap + 2);
+  EXPECT_EQ(bench_.StatusOf("vog-planner").health, "waiting for submaps");
+  EXPECT_EQ(bench_.Last(outputs::kMissionStatus).end_reason, "max_submaps");
+}
+
+// A step of planning may take longer than the poses take to come.
+TEST_F(PlannerNodeTest, PlansWithTheNewestOfThePosesThatHaveCome) {
+  FakeBus bus;
+  PlannerNode dut(bus, settings_);
+  map_status_t status{};  // Of a map that has just begun.
+  status.header.run_id = settings_.run_id;
+  bus.Deliver({outputs::kMapStatus.name, Encode(status)});
+  for (int i = 0; i < 5; ++i) {
+    pose_estimate_t pose{};
+    pose.header.run_id = settings_.run_id;
+    pose.header.utime_us = 100'000 * i;
+    pose.header.sequence = i;
+    pose.X_WB = ToMessage(MakePose({0.1 * i, 0, 0}, {0, 0, 0}));
+    pose.X_WO = ToMessage(Pose3::Identity());
+    bus.Arrive({outputs::kPose.name, Encode(pose)});
+  }
+  EXPECT_TRUE(bus.sent.empty());
+  bus.CatchUp();
+  plan_t plan{};
+  const auto sent = bus.TakeSent();
+  const auto said = std::find_if(sent.begin(), sent.end(), [](const FakeBus::Sent& message) {
+    return message.channel == outputs::kPlan.name;
+  });
+  ASSERT_NE(said, sent.end());
+  ASSERT_TRUE(Decode(said->bytes, plan));
+  EXPECT_EQ(plan.header.utime_us, 400'000);
+  EXPECT_NEAR(plan.path.at(0).position_m[0], 0.4, 1e-6);
+  bus.CatchUp();
+  EXPECT_TRUE(bus.TakeSent().empty()) << "planned twice with one pose";
 }
 
 TEST_F(PlannerNodeTest, RestartGoesOnExploring) {

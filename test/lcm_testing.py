@@ -61,6 +61,8 @@ class Listener:
 
 
 LOG_SYNC = 0xEDA1DA01
+# More than the largest event of a log has.
+TAIL_BYTES = 200_000
 
 
 def write_log(file, events):
@@ -83,3 +85,14 @@ def read_log(file):
         at += name_size + size
         events.append((1e-6 * utime_us, name.decode(), data))
     return events
+
+
+def log_end_s(log):
+    """The time of the newest event in a log that is being written; 0 before there is one."""
+    if not log.exists():
+        return 0
+    with open(log, "rb") as file:
+        file.seek(max(0, log.stat().st_size - TAIL_BYTES))
+        tail = file.read()
+    at = tail.rfind(struct.pack(">I", LOG_SYNC))
+    return struct.unpack_from(">Q", tail, at + 12)[0] * 1e-6 if 0 <= at <= len(tail) - 20 else 0

@@ -4,12 +4,11 @@ bad ones."""
 import os
 import signal
 import socket
-import struct
 import subprocess
 import time
 import unittest
 
-from lcm_testing import LOG_SYNC, import_types, read_log
+from lcm_testing import import_types, log_end_s, read_log
 from live_test import children_of, free_url
 from vog_testing import BIN, IS_SANITIZED, TIMEOUT_S, VogTest, config
 from wire_relay import DatagramRelay, SerialRelay
@@ -17,25 +16,12 @@ from wire_relay import DatagramRelay, SerialRelay
 SPEED = 2 if IS_SANITIZED else 8
 # Of the vehicle's time, that a fault lasts.
 PULLED_S, SILENT_S = 10, 30
-# More than the largest event has.
-TAIL_BYTES = 200_000
 
 
 def free_port():
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.bind(("127.0.0.1", 0))
         return probe.getsockname()[1]
-
-
-def log_end_s(log):
-    """The time of the newest event in a log that is being written; 0 before there is one."""
-    if not log.exists():
-        return 0
-    with open(log, "rb") as file:
-        file.seek(max(0, log.stat().st_size - TAIL_BYTES))
-        tail = file.read()
-    at = tail.rfind(struct.pack(">I", LOG_SYNC))
-    return struct.unpack_from(">Q", tail, at + 12)[0] * 1e-6 if 0 <= at <= len(tail) - 20 else 0
 
 
 class WireTest(VogTest):

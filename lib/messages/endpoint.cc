@@ -10,6 +10,8 @@ namespace {
 constexpr std::size_t kChunkBytes = 32000;
 constexpr int kMaxParts = 1 << 14;
 constexpr std::size_t kMaxPartials = 64;
+// Messages of a lower epoch in a row.
+constexpr int kBelieved = 3;
 
 }  // namespace
 
@@ -24,6 +26,19 @@ void Endpoint::FillHeader(const std::string& channel, Time time, header_t& heade
   header.sender = process_;
 }
 
+/// Of a newer epoch, or later in this one. Who was started again after the machine's clock was set
+/// back has a lower epoch: it is believed when its former self has said nothing between its words.
+bool Endpoint::IsFresh(const header_t& header, Heard& heard) {
+  if (header.epoch > heard.epoch) return true;
+  if (header.epoch == heard.epoch) return header.sequence > heard.sequence;
+  const bool goes_on = heard.lower_in_a_row > 0 && header.epoch == heard.lower_epoch &&
+                       header.sequence > heard.lower_sequence;
+  heard.lower_in_a_row = goes_on ? heard.lower_in_a_row + 1 : 1;
+  heard.lower_epoch = header.epoch;
+  heard.lower_sequence = header.sequence;
+  return heard.lower_in_a_row >= kBelieved;
+}
+
 bool Endpoint::Accept(const std::string& channel, const header_t& header) {
   if (run_id_ == 0) run_id_ = header.run_id;
   if (header.run_id != run_id_) {
@@ -33,8 +48,7 @@ bool Endpoint::Accept(const std::string& channel, const header_t& header) {
   const auto [found, is_first] =
       heard_.try_emplace({channel, header.sender}, Heard{header.epoch, -1});
   Heard& heard = found->second;
-  if (header.epoch < heard.epoch ||
-      (header.epoch == heard.epoch && header.sequence <= heard.sequence)) {
+  if (!IsFresh(header, heard)) {
     ++counts_.stale;
     return false;
   }

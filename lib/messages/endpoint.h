@@ -117,9 +117,13 @@ class Endpoint {
  private:
   struct Heard {
     std::int64_t epoch, sequence;
+    // Messages of a lower epoch that came since, one after another.
+    std::int64_t lower_epoch = 0, lower_sequence = 0;
+    int lower_in_a_row = 0;
   };
 
   void FillHeader(const std::string& channel, Time time, header_t& header);
+  static bool IsFresh(const header_t& header, Heard& heard);
   bool Accept(const std::string& channel, const header_t& header);
   void PublishChunks(const Channel<chunk_t>& channel, std::int64_t item, std::int64_t version,
                      const std::vector<std::uint8_t>& bytes, Time time);

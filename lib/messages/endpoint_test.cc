@@ -116,6 +116,32 @@ TEST_F(EndpointTest, ARestartedSenderIsHeardAndItsFormerSelfIsNot) {
   EXPECT_EQ(receiver_.counts().missed, 0);
 }
 
+// The machine's clock was set back between its two starts.
+TEST_F(EndpointTest, ASenderRestartedInAnEarlierEpochIsHeardSoon) {
+  sender_bus_.current_epoch = 3'600'000'000;
+  for (int i = 0; i < 5; ++i) receiver_bus_.Deliver(Say());
+  FakeBus restarted_bus;
+  Endpoint restarted(restarted_bus, "sender", kRun);
+  for (int i = 0; i < 5; ++i) receiver_bus_.Deliver(Say(restarted, restarted_bus, 50));
+  EXPECT_EQ(heard_.size(), 5u + 3u);
+  EXPECT_EQ(receiver_.counts().stale, 2);
+  receiver_bus_.Deliver(Say());
+  EXPECT_EQ(heard_.size(), 5u + 3u + 1u) << "a higher epoch is always heard";
+}
+
+TEST_F(EndpointTest, RemainsOfAFormerSelfAreNotBelieved) {
+  std::vector<FakeBus::Sent> late;
+  for (int i = 0; i < 9; ++i) late.push_back(Say());
+  FakeBus restarted_bus;
+  restarted_bus.current_epoch = 2;
+  Endpoint restarted(restarted_bus, "sender", kRun);
+  for (int i = 0; i < 8; i += 2) {  // Two at a time, and one of them twice or late.
+    receiver_bus_.Deliver(Say(restarted, restarted_bus));
+    for (const int j : {i + 1, i + 1, i, i + 1}) receiver_bus_.Deliver(late[j]);
+  }
+  EXPECT_EQ(heard_.size(), 4u);
+}
+
 TEST_F(EndpointTest, SendersOnOneChannelDoNotDisturbEachOther) {
   FakeBus other_bus;
   other_bus.current_epoch = 77;

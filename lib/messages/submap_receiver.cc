@@ -72,7 +72,11 @@ bool SubmapReceiver::IsComplete() const {
 
 std::int64_t SubmapReceiver::DigestOf(int submaps) const {
   std::int64_t digest = 0;
-  for (int id = 0; id < submaps; ++id) digest = AppendToDigest(digest, checksums_.at(id));
+  SubmapId newest = -1;
+  for (const auto& [id, checksum] : checksums_) {
+    if (id != ++newest || id >= submaps) break;
+    digest = AppendToDigest(digest, checksum);
+  }
   return digest;
 }
 

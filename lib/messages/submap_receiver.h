@@ -29,6 +29,10 @@ class SubmapReceiver {
   /// Whether all those are here.
   bool IsComplete() const;
 
+  /// Digest of the contents received, up to the first that is missing: MAP_STATUS.digest when all
+  /// is well.
+  std::int64_t digest() const { return DigestOf(announced_); }
+
   std::int64_t dropped() const { return assembler_.dropped(); }
 
  private:

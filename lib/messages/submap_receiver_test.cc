@@ -123,6 +123,9 @@ TEST_F(SubmapReceiverTest, CollectsWhatTheServiceSends) {
   bus_.Deliver(service_.Status());
   EXPECT_EQ(dut_.announced(), 4);
   ExpectHasAll();
+  map_status_t told{};
+  ASSERT_TRUE(Decode(service_.Status().bytes, told));
+  EXPECT_EQ(dut_.digest(), told.digest);
   EXPECT_EQ(resets_, 0);
   EXPECT_EQ(statuses_, 1);
   EXPECT_TRUE(AskedFor().empty());

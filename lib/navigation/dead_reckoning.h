@@ -79,8 +79,10 @@ class DeadReckoner {
   /// it.
   std::optional<OdometrySample> Add(const ImuRecord& record);
 
- private:
+  /// Whether the last velocity over the bottom is not too old at `time`.
   bool HasLock(Time time) const;
+
+ private:
 
   DeadReckoningOptions options_;
   OdometrySample state_;

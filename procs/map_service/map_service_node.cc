@@ -61,6 +61,8 @@ MapServiceNode::MapServiceNode(Bus& bus, const MapServiceSettings& settings)
   });
   endpoint_.ReportStatus([this](auto& counters) {
     counters["submaps"] = submaps_.size();
+    counters["map_digest"] = digest_;
+    counters["poses_version"] = poses_version_;
     counters["fused"] = submaps_.fused();
     counters["scans_dropped"] = synchronizer_.dropped();
     counters["leaps"] = leaps_;
@@ -171,7 +173,7 @@ void MapServiceNode::OnClosed(const SubmapPtr& submap, Time time) {
 }
 
 void MapServiceNode::OnSubmapPoses(const submap_poses_t& message) {
-  const bool is_newer = message.header.epoch > poses_epoch_ || message.version > poses_version_;
+  const bool is_newer = message.header.epoch != poses_epoch_ || message.version > poses_version_;
   if (!is_newer) return;
   const auto places = FromMessage(message);
   if (!places) {

@@ -53,13 +53,14 @@ NavBridgeNode::NavBridgeNode(Bus& bus, const NavBridgeSettings& settings,
   endpoint_.Subscribe(inputs::kDepth, [this](Time, const depth_t& message) { Reckon(message); });
   endpoint_.Subscribe(inputs::kImu, [this](Time, const imu_t& message) { OnImu(message); });
   endpoint_.Subscribe(outputs::kControl,
-                      [this](Time, const control_t& message) { OnControl(message); });
+                      [this](Time now, const control_t& message) { OnControl(now, message); });
   endpoint_.ReportStatus([this](auto& counters) {
     counters["watchdog_stops"] = stops_;
+    counters["held_commands"] = held_;
     counters["navigation_jumps"] = tracker_.jumps();
     if (link_) link_->Count(counters);
     if (refused_hauv_ > 0) counters["refused_hauv_messages"] = refused_hauv_;
-    return std::exchange(has_told_nav_, false) ? "ok" : "no navigation";
+    return Health();
   });
   bus.Every(kWatchdogPeriod, [this](Time now) { StopIfCommandIsOld(now); });
   if (link_) bus.Every(kLinkPeriod, [this](Time now) { StepLink(now); });
@@ -118,7 +119,9 @@ void NavBridgeNode::OnImu(const imu_t& message) {
     return;
   }
   const auto sample = reckoner_.Add(*record);
-  if (sample && settings_.bridge.source == NavigationSource::kInstruments) PublishNav(*sample);
+  if (!sample || settings_.bridge.source != NavigationSource::kInstruments) return;
+  has_lock_ = !IsBlind(sample->time);
+  PublishNav(*sample);
 }
 
 void NavBridgeNode::PublishNav(const OdometrySample& sample) {
@@ -126,7 +129,17 @@ void NavBridgeNode::PublishNav(const OdometrySample& sample) {
   has_told_nav_ = true;
 }
 
-void NavBridgeNode::OnControl(const control_t& message) {
+/// Without bottom lock our own reckoning does not know where a velocity leads.
+bool NavBridgeNode::IsBlind(Time time) const {
+  return settings_.bridge.source == NavigationSource::kInstruments && !reckoner_.HasLock(time);
+}
+
+std::string NavBridgeNode::Health() {
+  if (!std::exchange(has_told_nav_, false)) return "no navigation";
+  return has_lock_ ? "ok" : "no bottom lock";
+}
+
+void NavBridgeNode::OnControl(Time now, const control_t& message) {
   auto command = FromMessage(message);
   if (!command) {
     endpoint_.NoteMalformed();
@@ -137,8 +150,13 @@ void NavBridgeNode::OnControl(const control_t& message) {
   if (speed_m_s > limits.max_speed_m_s) command->velocity_B_m_s *= limits.max_speed_m_s / speed_m_s;
   command->yaw_rate_rad_s =
       std::clamp(command->yaw_rate_rad_s, -limits.max_yaw_rate_rad_s, limits.max_yaw_rate_rad_s);
-  commanded_at_ = TimeOf(message.header);
-  Command(*command, *commanded_at_);
+  if (IsBlind(TimeOf(message.header))) {
+    *command = {};
+    ++held_;
+  }
+  // When it came: the vehicle's clock may be another than ours.
+  commanded_at_ = now;
+  Command(*command, TimeOf(message.header));
 }
 
 void NavBridgeNode::StopIfCommandIsOld(Time now) {

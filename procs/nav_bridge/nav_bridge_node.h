@@ -68,7 +68,9 @@ class NavBridgeNode {
   template <class Message>
   void Reckon(const Message& message);
   void OnImu(const imu_t& message);
-  void OnControl(const control_t& message);
+  void OnControl(Time now, const control_t& message);
+  bool IsBlind(Time time) const;
+  std::string Health();
   void PublishNav(const OdometrySample& sample);
   void StopIfCommandIsOld(Time now);
 
@@ -82,7 +84,8 @@ class NavBridgeNode {
   DeadReckoner reckoner_;
   std::optional<Time> commanded_at_;  // While the vehicle moves on a command.
   bool has_told_nav_ = false;         // Since the last STATUS.
-  std::int64_t stops_ = 0;
+  bool has_lock_ = true;              // Of the Doppler log, with the newest NAV of ours.
+  std::int64_t stops_ = 0, held_ = 0;
 };
 
 }  // namespace vog

@@ -159,6 +159,45 @@ TEST_F(NavBridgeNodeTest, StopsTheVehicleOnceWhenCommandsEnd) {
   EXPECT_TRUE(IsStop(Commands().back()));
 }
 
+TEST_F(NavBridgeNodeTest, HoldsTheVehicleWhileTheBottomIsLost) {
+  settings_.bridge.source = NavigationSource::kInstruments;
+  Start();
+  constexpr int kLostFrom = 40, kLostTo = 120;
+  for (int tick = 0; tick < 160; ++tick) {
+    const bool lost = tick >= kLostFrom && tick < kLostTo;
+    const DvlRecord dvl{At(tick), tick, lost ? Vec3::Zero() : Vec3(0.2, 0, 0), !lost};
+    bench_.Say(inputs::kDvl, ToMessage(dvl), At(tick));
+    bench_.Say(inputs::kDepth, ToMessage(DepthRecord{At(tick), tick, 1}), At(tick));
+    bench_.Say(inputs::kImu, ToMessage(ImuRecord{At(tick), tick, 0, 0, Vec3::Zero()}), At(tick));
+    SayControl({Vec3(0.2, 0, 0), 0.1}, tick);
+    if (tick == kLostTo - 1) {
+      EXPECT_EQ(bench_.StatusOf("vog-nav-bridge").health, "no bottom lock");
+    }
+  }
+  const std::vector<VelocityCommand> commands = Commands();
+  ASSERT_EQ(commands.size(), 160u);
+  const int grace = 20;  // dead_reckoning.lock_lost_after_s
+  for (int tick = 0; tick < 160; ++tick)
+    EXPECT_EQ(IsStop(commands[tick]), tick >= kLostFrom + grace && tick < kLostTo) << tick;
+  bench_.RunUntil(At(180));
+  EXPECT_EQ(bench_.CounterOf("vog-nav-bridge", "held_commands"), kLostTo - kLostFrom - grace);
+}
+
+// The vehicle's clock is its own.
+TEST_F(NavBridgeNodeTest, ACommandIsAsOldAsItsWayFromItsArrival) {
+  control_t command = ToMessage(VelocityCommand{Vec3(0.2, 0, 0), 0});
+  const auto say = [&](Time told, int tick) {
+    command.header = bench_.NextHeader(outputs::kControl.name, told);
+    bench_.SayAsIs(outputs::kControl, command, At(tick));
+    bench_.RunUntil(At(tick + 1));
+  };
+  for (int tick = 0; tick < 10; ++tick) say(At(tick) + std::chrono::hours(1), tick);
+  EXPECT_EQ(Commands().size(), 10u);
+  bench_.RunUntil(At(40));
+  ASSERT_EQ(Commands().size(), 11u);
+  EXPECT_TRUE(IsStop(Commands().back()));
+}
+
 TEST_F(NavBridgeNodeTest, StopsTheVehicleWithoutNavigationToo) {
   SayControl({Vec3(0.2, 0, 0), 0}, 0);
   bench_.RunUntil(At(40));

@@ -100,6 +100,8 @@ PlannerNode::PlannerNode(Bus& bus, const PlannerSettings& settings)
   });
   endpoint_.ReportStatus([this](auto& counters) {
     counters["submaps"] = submaps_.size();
+    counters["map_digest"] = receiver_.digest();
+    counters["poses_version"] = poses_version_;
     counters["fused"] = submaps_.fused();
     counters["scans_dropped"] = synchronizer_.dropped();
     counters["poses_skipped"] = poses_skipped_;

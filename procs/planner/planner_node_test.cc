@@ -232,6 +232,12 @@ TEST_F(PlannerNodeTest, GetsLostSubmapsInTheEnd) {
   bench_.RunFor(std::chrono::seconds(40));
   EXPECT_EQ(bench_.StatusOf("vog-planner").health, "ok");
   EXPECT_EQ(bench_.CounterOf("vog-planner", "submaps"), 4);
+  for (const char* counter : {"map_digest", "poses_version"}) {
+    const std::int64_t told = bench_.CounterOf("vog-map-service", counter);
+    EXPECT_NE(told, 0);
+    EXPECT_EQ(bench_.CounterOf("vog-planner", counter), told) << counter;
+    EXPECT_EQ(bench_.CounterOf("vog-slam", counter), told) << counter;
+  }
 }
 
 TEST_F(PlannerNodeTest, StandardModePlansInTheOdometrysWorld) {

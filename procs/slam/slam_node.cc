@@ -78,6 +78,8 @@ SlamNode::SlamNode(Bus& bus, const SlamNodeSettings& settings)
   });
   endpoint_.ReportStatus([this](auto& counters) {
     counters["submaps"] = static_cast<std::int64_t>(odometry_.size());
+    counters["map_digest"] = receiver_.digest();
+    counters["poses_version"] = version_;
     counters["waiting"] = static_cast<std::int64_t>(waiting_.size());
     counters["chunks_dropped"] = receiver_.dropped();
     return receiver_.IsComplete() ? "ok" : "waiting for submaps";

@@ -25,6 +25,11 @@ VehicleState NavigationFaults::At(Time time) const {
               fraction * (b.angular_velocity_B_rad_s - a.angular_velocity_B_rad_s)};
 }
 
+bool NavigationFaults::HasLostLock(Time time) const {
+  const Time begin(FromSeconds(options_.lock_lost_at_s));
+  return time >= begin && time - begin < FromSeconds(options_.lock_lost_s);
+}
+
 VehicleState NavigationFaults::Apply(Time time, const VehicleState& truth) {
   if (!options_.IsAny()) return truth;
   const Pose3 true_pose = Level(truth.X_WB);

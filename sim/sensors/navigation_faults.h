@@ -15,6 +15,8 @@ struct NavigationFaultOptions {
   double delay_s = 0;
   double jump_m = 0;
   double jump_at_s = 600;
+  double lock_lost_s = 0;
+  double lock_lost_at_s = 600;
 
   void Visit(OptionsVisitor& v) {
     v("speed_scale", speed_scale, Between(-0.5, 0.5),
@@ -25,8 +27,12 @@ struct NavigationFaultOptions {
     v("jump_m", jump_m, Between(0, 1000),
       "the vehicle's reckoning jumps so far along x, once and without notice");
     v("jump_at_s", jump_at_s, Between(0, 1e6), "when it does");
+    v("lock_lost_s", lock_lost_s, Between(0, 1e6),
+      "for how long the Doppler log loses the bottom, once");
+    v("lock_lost_at_s", lock_lost_at_s, Between(0, 1e6), "when it does");
   }
 
+  /// Whether poses and motions are told wrong.
   bool IsAny() const {
     return speed_scale != 0 || misalignment_deg != 0 || delay_s != 0 || jump_m != 0;
   }
@@ -42,6 +48,9 @@ class NavigationFaults {
   /// vehicle is taken to move evenly. Without faults it is `truth` to the last bit. @pre times do
   /// not decrease.
   VehicleState Apply(Time time, const VehicleState& truth);
+
+  /// Whether the Doppler log is without the bottom at `time`.
+  bool HasLostLock(Time time) const;
 
  private:
   struct Moment {

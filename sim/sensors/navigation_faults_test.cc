@@ -71,6 +71,20 @@ TEST(NavigationFaultsTest, DelayedRecordsTellThePast) {
   EXPECT_NEAR(AnglesOf(told.X_WB).roll, AnglesOf(past.X_WB).roll, 1e-4);
 }
 
+TEST(NavigationFaultsTest, LosesTheBottomForAWhile) {
+  NavigationFaultOptions options;
+  const auto lost_at = [&](double t) {
+    return NavigationFaults(options).HasLostLock(Time(FromSeconds(t)));
+  };
+  EXPECT_FALSE(lost_at(600));
+  options.lock_lost_s = 60;
+  options.lock_lost_at_s = 100;
+  EXPECT_FALSE(lost_at(99.9));
+  EXPECT_TRUE(lost_at(100));
+  EXPECT_TRUE(lost_at(159.9));
+  EXPECT_FALSE(lost_at(160));
+}
+
 TEST(NavigationFaultsTest, JumpsOnceWhenItIsTime) {
   NavigationFaultOptions options;
   options.jump_m = 3;

@@ -101,7 +101,11 @@ void World::Emit(Time now, Emissions& out) {
 }
 
 void World::EmitInstruments(Time now, const VehicleState& told, Emissions& out) {
-  if (dvl_schedule_.due() == now) out.dvl.push_back(sensors_.Dvl(now, dvl_schedule_.count++, told));
+  if (dvl_schedule_.due() == now) {
+    DvlRecord record = sensors_.Dvl(now, dvl_schedule_.count++, told);
+    if (faults_.HasLostLock(now)) record = {.time = record.time, .sequence = record.sequence};
+    out.dvl.push_back(record);
+  }
   if (imu_schedule_.due() == now) out.imu.push_back(sensors_.Imu(now, imu_schedule_.count++, told));
   if (depth_schedule_.due() == now)
     out.depth.push_back(sensors_.Depth(now, depth_schedule_.count++, told));

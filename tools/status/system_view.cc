@@ -47,7 +47,7 @@ void SystemView::OnStatus(Time now, const status_t& status) {
       processes_.try_emplace(status.process, Process{{now, status}, RateMeter(sampled_)});
   if (is_new) return;
   Process& process = found->second;
-  process.restarts += status.header.epoch > process.status.message.header.epoch;
+  process.restarts += status.header.epoch != process.status.message.header.epoch;
   process.status = {now, status};
 }
 

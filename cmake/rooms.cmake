@@ -74,6 +74,33 @@ function(vog_dbc name source)
   target_include_directories(${name} INTERFACE ${PROJECT_BINARY_DIR})
 endfunction()
 
+# vog_web_page(NAME FOLDER): the page whose sources lie in FOLDER, bundled by esbuild with what npm has
+# for it (package-lock.json), becomes the function EmbeddedPages() of library NAME.
+function(vog_web_page name folder)
+  set(source ${PROJECT_SOURCE_DIR}/${folder})
+  set(out ${PROJECT_BINARY_DIR}/web)
+  set(manifests ${source}/package.json ${source}/package-lock.json ${source}/.npmrc)
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${source}/src/*)
+  add_custom_command(OUTPUT ${out}/installed DEPENDS ${manifests}
+    COMMAND ${CMAKE_COMMAND} -E make_directory ${out}
+    COMMAND ${CMAKE_COMMAND} -E copy ${manifests} ${out}
+    COMMAND ${NPM} ci --loglevel=error --prefix ${out}
+    COMMAND ${CMAKE_COMMAND} -E touch ${out}/installed
+    COMMENT "npm ci: three.js, uPlot, esbuild" VERBATIM)
+  add_custom_command(OUTPUT ${out}/page/app.js ${out}/page/app.css DEPENDS ${out}/installed ${sources}
+    COMMAND ${CMAKE_COMMAND} -E env NODE_PATH=${out}/node_modules
+            ${out}/node_modules/.bin/esbuild ${source}/src/app.js --bundle --minify --format=esm
+            --target=es2022 --legal-comments=eof --log-level=warning --outdir=${out}/page
+    COMMENT "Bundling the page" VERBATIM)
+  set(generator ${PROJECT_SOURCE_DIR}/cmake/embed_files.py)
+  set(pages ${source}/src/index.html ${source}/src/icon.svg ${out}/page/app.js ${out}/page/app.css)
+  add_custom_command(OUTPUT ${out}/pages.cc DEPENDS ${pages} ${generator}
+    COMMAND ${Python3_EXECUTABLE} ${generator} ${out}/pages.cc ${pages})
+  add_library(${name} STATIC ${out}/pages.cc)
+  target_link_libraries(${name} PRIVATE vog_flags)
+  target_compile_options(${name} PRIVATE -Wno-overlength-strings)
+endfunction()
+
 # Whether a test is built: ThreadSanitizer, which slows everything ten times, finds nothing where one
 # thread runs, so it has the tests marked THREADS alone.
 function(vog_wants_test has_threads result)

@@ -15,7 +15,7 @@ class InstallTest(VogTest):
         subprocess.run(["cmake", "--install", BUILD, "--prefix", prefix], check=True,
                        stdout=subprocess.DEVNULL)
         for program in ("vog-sim", "vog-slam", "vog-planner", "vog-controller", "vog-map-service",
-                        "vog-nav-bridge", "vog-sonar-reader"):
+                        "vog-nav-bridge", "vog-sonar-reader", "vog-viewer"):
             self.assertTrue((prefix / "bin" / program).is_file(), program)
         table = prefix / "share/vogmap/config/launch/hauv.pmd"
         subprocess.run([prefix / "bin/vog", "launch", table, "--validate"], check=True,

@@ -11,7 +11,7 @@ from lcm_testing import Listener, port_of
 from vog_testing import BIN, ROOT, VogTest, children_of, free_url
 
 PROGRAMS = {"vog-sim", "vog-nav-bridge", "vog-sonar-reader", "vog-map-service", "vog-slam",
-            "vog-planner", "vog-controller"}
+            "vog-planner", "vog-controller", "vog-viewer"}
 
 
 class LaunchTest(VogTest):
@@ -36,6 +36,7 @@ class LaunchTest(VogTest):
         text = (ROOT / "config/launch/sim.pmd").read_text()
         url = f"bus.url=\\\"'{self.url}'\\\""
         text = text.replace("--set bus.clock=message", f"--set bus.clock=message {url}")
+        text = text.replace("exec = \"vog-viewer", "exec = \"vog-viewer --set viewer.port=0")
         return self.write(text.replace('propeller.toml";', f'propeller.toml --set {url}";'))
 
     def wait_for(self, what, limit_s):
@@ -76,7 +77,7 @@ class LaunchTest(VogTest):
         self.assertEqual(process.returncode, 0, errors)
         self.assertEqual(errors.count("killed by Killed"), len(PROGRAMS) - 1)
         ends = re.findall(r"vog: (\S+): exit status 0", errors)
-        self.assertEqual(ends, ["sim", "controller", "planner", "slam", "map-service",
+        self.assertEqual(ends, ["sim", "viewer", "controller", "planner", "slam", "map-service",
                                 "sonar-reader", "nav-bridge"])
         self.assertEqual([file for file in self.out.rglob("*.tmp")], [])
 

@@ -48,6 +48,7 @@ inline constexpr std::array<std::string_view, 41> kConfigTables = {
     "doppler",
     "sim_vehicle_link",
     "sim_sonar_link",
+    "viewer",
 };
 
 }  // namespace vog

@@ -24,5 +24,6 @@ void AddReportCommand(CLI::App& app);
 void AddRegisterCommand(CLI::App& app);
 void AddSlamCommand(CLI::App& app);
 void AddSonarCommand(CLI::App& app);
+void AddViewCommand(CLI::App& app);
 
 }  // namespace vog

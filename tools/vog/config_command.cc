@@ -11,6 +11,7 @@
 #include "procs/sim/sim_node.h"
 #include "procs/slam/slam_node.h"
 #include "procs/sonar_reader/sonar_reader_node.h"
+#include "procs/viewer/viewer_options.h"
 #include "sim/scene/scene.h"
 #include "tools/mission/evaluate.h"
 #include "tools/mission/lock_step.h"
@@ -78,6 +79,7 @@ std::vector<Table> DescribeTables(const Config& config) {
   all.Add<ExplorationOptions>("exploration");
   all.Add<PlannerOptions>("planner");
   all.Add<ControllerOptions>("controller");
+  all.Add<ViewerOptions>("viewer");
   all.Add<EvaluationOptions>("evaluation");
   all.Add<LatencyOptions>("latency");
   all.Add<LiveOptions>("live");

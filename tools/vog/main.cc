@@ -15,6 +15,7 @@ int Run(int argc, char** argv) {
   vog::AddLaunchCommand(app);
   vog::AddOperatorCommand(app);
   vog::AddStatusCommand(app);
+  vog::AddViewCommand(app);
   vog::AddSpyCommand(app);
   vog::AddReplayCommand(app);
   vog::AddMapCommand(app);

@@ -369,7 +369,7 @@ export class Scene {
       .sort((a, b) => b[5] - a[5]).slice(0, LABELLED_NODES);
     this.labels.replaceChildren(...most.map(([, x, y, z, , gain]) => {
       const label = document.createElement('span');
-      label.textContent = gain >= 100 ? Math.round(gain) : gain.toPrecision(2);
+      label.textContent = gain >= 10 ? Math.round(gain) : gain.toFixed(1);
       label.position_W = new THREE.Vector3(x, y, z);
       return label;
     }));

@@ -1,0 +1,61 @@
+"""viewer_pictures.py [RUN]: makes the pictures of docs/viewer.md anew, of a run's folder or else of the
+demo mission, flown for it."""
+
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+from browser_testing import Browser, Served
+from vog_testing import BIN, ROOT, config
+
+DOCS = ROOT / "docs"
+
+
+def opened(browser, served, theme, **size):
+    page = browser.open(f"{served.url}?theme={theme}", **size)
+    page.wait("window.vogmap?.store.hello && vogmap.store.loading === 1", 300)
+    page.wait("vogmap.scene.stats.points > 0")
+    return page
+
+
+def look(page, minutes, script=""):
+    """Brings the page to a time of the run and waits until all of it is drawn."""
+    page.run(f"vogmap.timeline.goTo(vogmap.store.firstTime + {6e7 * minutes})")
+    page.wait("vogmap.store.past !== null")
+    if script:
+        page.run(script)
+    page.run("new Promise((done) => setTimeout(done, 8000))")
+
+
+def take(run):
+    served, browser = Served(BIN / "vog", "view", run, "--port", "0"), Browser()
+    try:
+        page = opened(browser, served, "dark")
+        look(page, 5)
+        page.shot(path=str(DOCS / "viewer.png"))
+        page = opened(browser, served, "light")
+        page.press(key="r")
+        look(page, 8, "(() => { document.getElementById('colour-by').value = 'sigma';"
+                      " document.getElementById('colour-by').dispatchEvent(new Event('change')); })()")
+        page.shot(path=str(DOCS / "viewer-light.png"))
+        page = opened(browser, served, "dark", width=390, height=780, touch=True)
+        look(page, 7)
+        page.shot(path=str(DOCS / "viewer-phone.png"))
+    finally:
+        browser.close()
+        served.stop()
+
+
+def main():
+    if len(sys.argv) > 1:
+        return take(sys.argv[1])
+    with tempfile.TemporaryDirectory() as folder:
+        run = pathlib.Path(folder) / "run"
+        subprocess.run([BIN / "vog", "mission", config("demo"), "--out", run], check=True,
+                       stdout=subprocess.DEVNULL)
+        take(run)
+
+
+if __name__ == "__main__":
+    main()

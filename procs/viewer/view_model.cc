@@ -247,7 +247,10 @@ void ViewModel::PostMission(Time time) {
   json object = {{"k", "mission"}, {"t", ToUtime(time)}};
   if (mission_)
     object.update({{"state", mission_->state},
+                   {"hold", mission_->hold},
                    {"end_reason", mission_->end_reason},
+                   {"home", mission_->is_home != 0},
+                   {"refused", mission_->refused},
                    {"plans", mission_->plans},
                    {"explored_m3", mission_->explored_m3}});
   if (map_status_)

@@ -9,7 +9,8 @@ const SILENT_AFTER_MS = 3000;
 const SILENT_AFTER_US = 3e6;
 
 const END_REASONS = {
-  nothing_to_gain: 'nothing left to gain', max_submaps: 'all submaps used', stuck: 'stuck',
+  nothing_to_gain: 'nothing left to gain', max_submaps: 'all submaps used', max_duration: 'time used up',
+  max_distance: 'distance used up', stuck: 'stuck', go_home: 'sent home', abort: 'aborted',
   end_of_log: 'the log ends',
 };
 
@@ -29,6 +30,9 @@ export function showFacts(list, store) {
   if (mission?.state) {
     const reason = END_REASONS[mission.end_reason] ?? mission.end_reason;
     tell('State', reason ? `${mission.state}: ${reason}` : mission.state);
+    tell('Holds', mission.hold);
+    tell('Home', mission.home && 'yes');
+    tell('Order refused', mission.refused);
   }
   if (poses || mission) {
     const most = store.hello?.max_submaps;

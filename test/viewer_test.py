@@ -13,7 +13,7 @@ from thousand_submaps import write_thousand
 from vog_testing import BIN, VogTest, config, free_url
 
 SUBMAPS = 12       # Of the log.
-LIVE_SUBMAPS = 20  # Time enough to watch and to restart the server.
+LIVE_SUBMAPS = 150  # More than are needed: the mission goes on until the test has seen enough.
 TOKEN = "a token for tests"
 SHOWN = "[...vogmap.scene.clouds.values()].filter((cloud) => cloud.visible).length"
 # Where each submap is drawn: its number -> x, y, z.
@@ -85,14 +85,12 @@ class LiveTest(ViewerTest):
         for watcher in (page, other):
             is_open(watcher)
             # The new server has asked the map service for what was said before its time.
-            watcher.wait(f"{SHOWN} >= {known}")
+            watcher.wait(f"vogmap.store.hello !== null && {SHOWN} >= {known}")
+            watcher.wait("vogmap.store.live.mission?.state === 'exploring'")
             # The browser itself tells of refused connections; nothing else may be wrong.
             self.assertEqual([fault for fault in watcher.faults() if "WebSocket" not in fault], [])
-        _, errors = mission.communicate(timeout=600)
-        self.assertEqual(mission.returncode, 0, errors)
-        page.wait("vogmap.store.live.mission?.state === 'finished'")
-        page.wait(f"{SHOWN} >= {LIVE_SUBMAPS}")
-        self.assertIn("finished", page.run("document.getElementById('facts').textContent"))
+        page.wait(f"{SHOWN} > {known}", 120)
+        page.wait("document.getElementById('facts').textContent.includes('exploring')")
         self.without_faults(page)
 
     def a_closure_moves_submaps(self, page):

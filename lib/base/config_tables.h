@@ -6,7 +6,7 @@
 namespace vog {
 
 /// The tables of a mission file. A process reads those that concern it; none may be misspelt.
-inline constexpr std::array<std::string_view, 41> kConfigTables = {
+inline constexpr std::array<std::string_view, 42> kConfigTables = {
     "mission",
     "bus",
     "simulation",

@@ -42,7 +42,7 @@ void CoveragePlanner::Look(const OccupancyMap& map, const Waypoint& at) {
 
 double CoveragePlanner::WeightOf(const VoxelKey& key) const {
   if (looked_at_.IsInVain(key)) return 0;
-  return routes_.free_space().IsNextToOccupied(key) ? options_.surface_weight : 1;
+  return routes_.free_places().IsNextToOccupied(key) ? options_.surface_weight : 1;
 }
 
 double CoveragePlanner::GainAt(const OccupancyMap& map, const Waypoint& at) const {
@@ -90,7 +90,7 @@ CoveragePlanner::View CoveragePlanner::BestViewAt(int index, const Waypoint& at)
 }
 
 void CoveragePlanner::LookAtNewPlaces(const OccupancyMap& map) {
-  known_.resize(static_cast<std::size_t>(routes_.free_space().places()) + 1);
+  known_.resize(static_cast<std::size_t>(routes_.free_places().places()) + 1);
   LookFrom(map, routes_.reached().front());
   int looked = 0;
   for (const Reached& reached : routes_.reached()) {

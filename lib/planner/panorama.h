@@ -7,7 +7,7 @@
 
 #include "lib/geometry/waypoint.h"
 #include "lib/occupancy/occupancy_map.h"
-#include "lib/planner/free_space.h"
+#include "lib/planner/free_places.h"
 #include "lib/planner/voxel_marks.h"
 #include "lib/scan/sonar.h"
 

@@ -5,21 +5,21 @@
 #include <utility>
 #include <vector>
 
-#include "lib/planner/free_space.h"
+#include "lib/planner/free_places.h"
 #include "lib/planner/planner_options.h"
 
 namespace vog {
 
 /// A place that the vehicle can get to, with headings that it can turn between there.
 struct Reached {
-  int place = -1;      ///< Of FreeSpace; -1 is where the vehicle is.
+  int place = -1;      ///< Of FreePlaces; -1 is where the vehicle is.
   HeadingSet arc = 0;  ///< In narrow places not all headings.
   double time_s = 0;   ///< Of the way there at full speed.
   int from = -1;       ///< Where in reached() the way comes from; -1 for the vehicle's place.
 };
 
 /// Shortest ways through free space from where the vehicle is to all that it can reach
-/// [Dijkstra 1959], on FreeSpace's lattice; the one that is flown is tested in full and
+/// [Dijkstra 1959], on FreePlaces's lattice; the one that is flown is tested in full and
 /// straightened.
 class Routes {
  public:
@@ -44,7 +44,7 @@ class Routes {
   /// How long the vehicle needs for a length and a turn that go together.
   double TimeOf_s(double length_m, double turn_rad) const;
   /// The lattice, as the last search saw it.
-  const FreeSpace& free_space() const { return free_; }
+  const FreePlaces& free_places() const { return free_; }
 
  private:
   struct Refusal {
@@ -60,7 +60,7 @@ class Routes {
   std::vector<Waypoint> WaypointsOf(const std::vector<int>& chain, double yaw_rad) const;
 
   MotionLimits limits_;
-  FreeSpace free_;
+  FreePlaces free_;
   Waypoint at_;
   std::vector<Reached> reached_;
   std::vector<Reached> starts_;                      // Places next to the vehicle.

@@ -97,6 +97,11 @@ void ViewModel::PostHello() {
     box["kind"] = "exploration";
     boxes.push_back(box);
   }
+  for (const Eigen::AlignedBox3d& keep_out_W : settings_.keep_out_W) {
+    json box = ToJson(keep_out_W);
+    box["kind"] = "keep_out";
+    boxes.push_back(box);
+  }
   board_.Post({FrameKind::kHello, 0}, TextFrame(ToText({{"k", "hello"},
                                                         {"version", VOG_VERSION},
                                                         {"name", settings_.name},

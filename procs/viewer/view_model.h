@@ -32,6 +32,7 @@ struct ViewSettings {
   double voxel_size_m = 0.095;
   SensorModelOptions sensor_model;
   std::optional<Eigen::AlignedBox3d> exploration_W;
+  std::vector<Eigen::AlignedBox3d> keep_out_W;
   int max_submaps = 0;  ///< 0 where nobody knows.
 };
 

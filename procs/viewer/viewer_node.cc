@@ -27,13 +27,13 @@ ViewerSettings ViewerSettings::From(const Config& config) {
   ViewerSettings settings{
       config.Read<ViewerOptions>("viewer"), {}, config.Read<BusOptions>("bus").run_id};
   const auto mission = config.Read<MissionOptions>("mission");
-  const auto exploration = config.Read<ExplorationOptions>("exploration");
-  exploration.Validate();
+  const auto exploration = ExplorationOptions::From(config);
   settings.view.name = mission.name;
   settings.view.max_submaps = mission.max_submaps;
   settings.view.voxel_size_m = config.Read<SubmapOptions>("submap").voxel_size_m;
   settings.view.sensor_model = config.Read<SensorModelOptions>("sensor_model");
   settings.view.exploration_W = exploration.box_W();
+  settings.view.keep_out_W = exploration.keep_out_W();
   return settings;
 }
 

@@ -12,6 +12,7 @@ namespace vog {
 void AddMissionCommand(CLI::App& app);
 void AddCampaignCommand(CLI::App& app);
 void AddLaunchCommand(CLI::App& app);
+void AddPlanCommand(CLI::App& app);
 void AddOperatorCommand(CLI::App& app);
 void AddStatusCommand(CLI::App& app);
 void AddSpyCommand(CLI::App& app);

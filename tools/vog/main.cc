@@ -18,6 +18,7 @@ int Run(int argc, char** argv) {
   vog::AddViewCommand(app);
   vog::AddSpyCommand(app);
   vog::AddReplayCommand(app);
+  vog::AddPlanCommand(app);
   vog::AddMapCommand(app);
   vog::AddGraphCommand(app);
   vog::AddLogCommand(app);

@@ -1,4 +1,4 @@
-#include "lib/planner/free_space.h"
+#include "lib/planner/free_places.h"
 
 #include <algorithm>
 #include <bit>
@@ -51,13 +51,13 @@ int NearestHeading(HeadingSet set, double yaw_rad) {
   return nearest;
 }
 
-FreeSpace::FreeSpace(const CollisionRules& rules, const Eigen::AlignedBox3d& box_W,
-                     double spacing_m)
+FreePlaces::FreePlaces(const CollisionRules& rules, const Eigen::AlignedBox3d& box_W,
+                       double spacing_m)
     : rules_(rules),
       box_W_(box_W),
       wanted_spacing_m_(std::max(spacing_m, std::cbrt(box_W.volume() / kMaxPlaces))) {}
 
-void FreeSpace::Measure(const VoxelGrid& grid) {
+void FreePlaces::Measure(const VoxelGrid& grid) {
   grid_ = grid;
   const double voxel_m = grid.voxel_size_m();
   const double margin_m = std::max(rules_.clearance_m, rules_.unknown_clearance_m);
@@ -83,8 +83,8 @@ void FreeSpace::Measure(const VoxelGrid& grid) {
 }
 
 /// The turned box, cut into the rows of voxels.
-FreeSpace::Footprint FreeSpace::FootprintOf(const CollisionRules& rules, double clearance_m,
-                                            double yaw_rad) const {
+FreePlaces::Footprint FreePlaces::FootprintOf(const CollisionRules& rules, double clearance_m,
+                                              double yaw_rad) const {
   const double voxel_m = grid_->voxel_size_m();
   const Eigen::Vector2d half =
       0.5 * rules.hull_size_m.head<2>() + Eigen::Vector2d::Constant(clearance_m);
@@ -115,7 +115,7 @@ FreeSpace::Footprint FreeSpace::FootprintOf(const CollisionRules& rules, double 
   return spans;
 }
 
-void FreeSpace::SetRules(const CollisionRules& rules) {
+void FreePlaces::SetRules(const CollisionRules& rules) {
   for (int heading = 0; heading < kHeadings / 2; ++heading) {
     const auto h = static_cast<std::size_t>(heading);
     near_occupied_[h] = FootprintOf(rules, rules.clearance_m, YawOfHeading(heading));
@@ -126,7 +126,7 @@ void FreeSpace::SetRules(const CollisionRules& rules) {
   unknown_layers_ = VoxelsWithin(half_m + rules.unknown_clearance_m, voxel_m);
 }
 
-void FreeSpace::Update(const OccupancyMap& map, const CollisionChecker& checker) {
+void FreePlaces::Update(const OccupancyMap& map, const CollisionChecker& checker) {
   if (!grid_) Measure(map.grid());
   SetRules(checker.rules());
   ReadChanges(map, checker);
@@ -143,7 +143,7 @@ void FreeSpace::Update(const OccupancyMap& map, const CollisionChecker& checker)
   has_headings_.assign(static_cast<std::size_t>(places()), false);
 }
 
-VoxelBox FreeSpace::Clipped(const Eigen::AlignedBox3d& box_W) const {
+VoxelBox FreePlaces::Clipped(const Eigen::AlignedBox3d& box_W) const {
   const VoxelBox box = VoxelsOf(*grid_, box_W);
   return {{std::max(box.min.x, voxels_.min.x), std::max(box.min.y, voxels_.min.y),
            std::max(box.min.z, voxels_.min.z)},
@@ -151,7 +151,7 @@ VoxelBox FreeSpace::Clipped(const Eigen::AlignedBox3d& box_W) const {
            std::min(box.max.z, voxels_.max.z)}};
 }
 
-void FreeSpace::ReadChanges(const OccupancyMap& map, const CollisionChecker& checker) {
+void FreePlaces::ReadChanges(const OccupancyMap& map, const CollisionChecker& checker) {
   const auto changed = revision_ < 0 ? std::nullopt : map.ChangedSince(revision_);
   revision_ = map.revision();
   std::vector<VoxelBox> boxes;
@@ -176,8 +176,8 @@ void FreeSpace::ReadChanges(const OccupancyMap& map, const CollisionChecker& che
   for (const VoxelBox& box : boxes) Read(map, checker, box);
 }
 
-void FreeSpace::Read(const OccupancyMap& map, const CollisionChecker& checker,
-                     const VoxelBox& box) {
+void FreePlaces::Read(const OccupancyMap& map, const CollisionChecker& checker,
+                      const VoxelBox& box) {
   std::vector<float> log_odds;
   map.LogOddsIn(box, log_odds);
   std::size_t i = 0;
@@ -195,7 +195,7 @@ void FreeSpace::Read(const OccupancyMap& map, const CollisionChecker& checker,
   });
 }
 
-void FreeSpace::FindOccupied(const OccupancyMap& map, const CollisionRules& rules) {
+void FreePlaces::FindOccupied(const OccupancyMap& map, const CollisionRules& rules) {
   std::vector<VoxelKey> keys;
   std::size_t i = 0;
   ForEachVoxel(voxels_, [&](const VoxelKey& key) {
@@ -210,7 +210,7 @@ void FreeSpace::FindOccupied(const OccupancyMap& map, const CollisionRules& rule
   }
 }
 
-void FreeSpace::MarkNeighbours() {
+void FreePlaces::MarkNeighbours() {
   is_next_to_occupied_.assign(voxels_.count(), 0);
   for (const Occupied& voxel : occupied_) {
     const VoxelKey& key = voxel.key;
@@ -224,7 +224,7 @@ void FreeSpace::MarkNeighbours() {
   }
 }
 
-void FreeSpace::DrawLevel(int level) {
+void FreePlaces::DrawLevel(int level) {
   const auto width = static_cast<std::size_t>(voxels_.size_x());
   const auto rows = static_cast<std::size_t>(voxels_.size_y());
   const std::int32_t z = first_.z + level * step_;
@@ -275,8 +275,8 @@ void FreeSpace::DrawLevel(int level) {
   sum(unknown, drawn.unknown_before);
 }
 
-bool FreeSpace::IsClear(const Footprint& footprint, const std::vector<std::uint16_t>& before, int x,
-                        int y) const {
+bool FreePlaces::IsClear(const Footprint& footprint, const std::vector<std::uint16_t>& before,
+                         int x, int y) const {
   const auto stride = static_cast<std::ptrdiff_t>(voxels_.size_x() + 1);
   return std::all_of(footprint.begin(), footprint.end(), [&](const Span& span) {
     const std::uint16_t* row = before.data() + (y + span.dy) * stride;
@@ -284,15 +284,15 @@ bool FreeSpace::IsClear(const Footprint& footprint, const std::vector<std::uint1
   });
 }
 
-VoxelKey FreeSpace::VoxelOf(int place) const {
+VoxelKey FreePlaces::VoxelOf(int place) const {
   const int x = place % count_[0], y = place / count_[0] % count_[1];
   const int z = place / (count_[0] * count_[1]);
   return {first_.x + x * step_, first_.y + y * step_, first_.z + z * step_};
 }
 
-Vec3 FreeSpace::PositionOf(int place) const { return grid_->CenterOf(VoxelOf(place)); }
+Vec3 FreePlaces::PositionOf(int place) const { return grid_->CenterOf(VoxelOf(place)); }
 
-std::vector<int> FreeSpace::PlacesAround(const Vec3& p_W, double radius_m) const {
+std::vector<int> FreePlaces::PlacesAround(const Vec3& p_W, double radius_m) const {
   const Vec3 first_W = grid_->CenterOf(first_);
   std::array<int, 3> low, high;
   for (int axis = 0; axis < 3; ++axis) {
@@ -309,7 +309,7 @@ std::vector<int> FreeSpace::PlacesAround(const Vec3& p_W, double radius_m) const
   return places;
 }
 
-void FreeSpace::NeighboursOf(int place, std::vector<int>& neighbours) const {
+void FreePlaces::NeighboursOf(int place, std::vector<int>& neighbours) const {
   neighbours.clear();
   const int x = place % count_[0], y = place / count_[0] % count_[1];
   const int z = place / (count_[0] * count_[1]);
@@ -325,7 +325,7 @@ void FreeSpace::NeighboursOf(int place, std::vector<int>& neighbours) const {
       }
 }
 
-HeadingSet FreeSpace::HeadingsAt(int place) const {
+HeadingSet FreePlaces::HeadingsAt(int place) const {
   const auto p = static_cast<std::size_t>(place);
   if (has_headings_[p]) return headings_[p];
   const VoxelKey key = VoxelOf(place);

@@ -1,4 +1,4 @@
-#include "lib/planner/free_space.h"
+#include "lib/planner/free_places.h"
 
 #include <gtest/gtest.h>
 
@@ -33,12 +33,12 @@ CollisionRules SmallHull() {
   return rules;
 }
 
-TEST(FreeSpaceTest, AgreesWithTheCheckerAtEachPlaceAndHeading) {
+TEST(FreePlacesTest, AgreesWithTheCheckerAtEachPlaceAndHeading) {
   const CollisionChecker checker(SmallHull());
   int free = 0, all = 0;
   for (int seed = 0; seed < 3; ++seed) {
     const GridMap map = RandomMap(seed);
-    FreeSpace space(SmallHull(), kBox, 0.5);
+    FreePlaces space(SmallHull(), kBox, 0.5);
     space.Update(map, checker);
     for (int place = 0; place < space.places(); ++place) {
       for (int heading = 0; heading < kHeadings; ++heading, ++all) {
@@ -53,10 +53,10 @@ TEST(FreeSpaceTest, AgreesWithTheCheckerAtEachPlaceAndHeading) {
   EXPECT_LT(free, all * 19 / 20);
 }
 
-TEST(FreeSpaceTest, FollowsTheMapAndTheVehicle) {
+TEST(FreePlacesTest, FollowsTheMapAndTheVehicle) {
   GridMap map(kVoxel_m);
   CollisionChecker checker(SmallHull());
-  FreeSpace space(SmallHull(), kBox, 0.5);
+  FreePlaces space(SmallHull(), kBox, 0.5);
   space.Update(map, checker);
   const auto open = [&] {
     int places = 0;
@@ -65,7 +65,7 @@ TEST(FreeSpaceTest, FollowsTheMapAndTheVehicle) {
   };
   EXPECT_EQ(open(), 0) << "unknown blocks";
   checker.SetBubble({Vec3::Zero(), 0.9});
-  FreeSpace with_bubble(SmallHull(), kBox, 0.5);
+  FreePlaces with_bubble(SmallHull(), kBox, 0.5);
   with_bubble.Update(map, checker);
   EXPECT_NE(with_bubble.HeadingsAt(with_bubble.PlacesAround(Vec3::Zero(), 0.3).front()), 0u);
   map.Fill({{-30, -30, -30}, {29, 29, 29}}, GridMap::kFree);
@@ -82,14 +82,14 @@ TEST(FreeSpaceTest, FollowsTheMapAndTheVehicle) {
   EXPECT_GT(open(), 0);
 }
 
-TEST(FreeSpaceTest, UncertaintyKeepsAway) {
+TEST(FreePlacesTest, UncertaintyKeepsAway) {
   GridMap map(kVoxel_m);
   map.Fill({{-30, -30, -30}, {29, 29, 29}}, GridMap::kFree);
   map.Set({0, 0, 0}, GridMap::kOccupied);
   CollisionRules rules = SmallHull();
   rules.uncertainty_sigmas = 2;
   const auto nearest_m = [&] {
-    FreeSpace space(rules, kBox, 0.1);
+    FreePlaces space(rules, kBox, 0.1);
     space.Update(map, CollisionChecker(rules));
     double least_m = 10;
     for (int place = 0; place < space.places(); ++place) {
@@ -104,9 +104,9 @@ TEST(FreeSpaceTest, UncertaintyKeepsAway) {
   EXPECT_NEAR(nearest_m() - sure_m, 0.4, 0.12);
 }
 
-TEST(FreeSpaceTest, NeighboursAreMutualAndNear) {
+TEST(FreePlacesTest, NeighboursAreMutualAndNear) {
   const GridMap map = RandomMap(1);
-  FreeSpace space(SmallHull(), kBox, 0.5);
+  FreePlaces space(SmallHull(), kBox, 0.5);
   space.Update(map, CollisionChecker(SmallHull()));
   std::vector<int> neighbours, back;
   for (int place = 0; place < space.places(); ++place) {

@@ -29,10 +29,10 @@ int NearestHeading(HeadingSet set, double yaw_rad);
 ///
 /// Cost: a read of the voxels that changed, a pass over all voxels, then some microseconds a place
 /// that is asked for.
-class FreeSpace {
+class FreePlaces {
  public:
   /// Places lie `spacing_m` apart, rounded to voxels, farther where there would be too many.
-  FreeSpace(const CollisionRules& rules, const Eigen::AlignedBox3d& box_W, double spacing_m);
+  FreePlaces(const CollisionRules& rules, const Eigen::AlignedBox3d& box_W, double spacing_m);
 
   /// @pre the checker's clearances are not larger than those of the rules before, and all calls are
   /// about one map.

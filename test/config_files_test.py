@@ -51,7 +51,7 @@ class ConfigFilesTest(VogTest):
         done = vog("config", "--set", "nosuch.key=1")
         self.assertEqual(done.returncode, 2)
         known = set(re.search(r"known tables: (.*)", done.stderr).group(1).split())
-        described = set(re.findall(r"^\[(.*)\]$", self.run_vog("config"), re.MULTILINE))
+        described = set(re.findall(r"^\[+(.*?)\]+$", self.run_vog("config"), re.MULTILINE))
         self.assertEqual(described, known)
 
     def test_every_setting_is_explained_and_refuses_nonsense(self):

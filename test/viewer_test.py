@@ -250,12 +250,18 @@ class LogTest(ViewerTest):
         write_thousand(vog, log, self.run_folder / "lcm.log", submaps, 300, rate_hz)
         page = self.look(self.viewer(url, "viewer.port=0").url)
         is_open(page)
-        player = subprocess.Popen([BIN / "vog", "replay", log, "--live", "--url", url],
-                                  stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        self.addCleanup(player.wait)
-        self.addCleanup(player.terminate)
+
+        def play(*part):
+            player = subprocess.Popen([BIN / "vog", "replay", log, "--live", "--url", url, *part],
+                                      stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            self.addCleanup(player.wait)
+            self.addCleanup(player.terminate)
+
+        # The poses come when all submaps are there, however long the page takes for them.
+        play("--to", "5.02")
         page.wait(f"{SHOWN} === {submaps}", 120)
-        time.sleep(2)
+        play("--from", "5.02")
+        page.wait("vogmap.store.counts.poses > 20", 60)
         counts = ("(() => ({ t: performance.now() / 1000, frames: vogmap.store.counts.poses,"
                   " bytes: vogmap.connection.counts.bytes, drawn: vogmap.scene.stats.drawn }))()")
         begin = page.run(counts)

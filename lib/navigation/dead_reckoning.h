@@ -83,7 +83,6 @@ class DeadReckoner {
   bool HasLock(Time time) const;
 
  private:
-
   DeadReckoningOptions options_;
   OdometrySample state_;
   bool is_started_ = false;

@@ -52,8 +52,10 @@ struct ExplorationOptions {
     if (boxes > 0) options.keep_out.clear();
     for (int i = 0; i < boxes; ++i) {
       const std::string name = "keep_out[" + std::to_string(i) + "]";
-      options.keep_out.push_back(config.Read<KeepOutOptions>(name));
-      if (!(options.keep_out.back().max_m.array() > options.keep_out.back().min_m.array()).all())
+      const auto box = config.Read<KeepOutOptions>(name);
+      if (box.min_m == box.max_m) continue;
+      options.keep_out.push_back(box);
+      if (!(box.max_m.array() > box.min_m.array()).all())
         throw UsageError(config.WhereIs(name) +
                          "keep_out.max_m must be larger than keep_out.min_m on every axis");
     }

@@ -120,18 +120,14 @@ void NavBridgeNode::OnImu(const imu_t& message) {
   }
   const auto sample = reckoner_.Add(*record);
   if (!sample || settings_.bridge.source != NavigationSource::kInstruments) return;
-  has_lock_ = !IsBlind(sample->time);
+  // Without bottom lock our own reckoning does not know where a velocity leads.
+  has_lock_ = reckoner_.HasLock(sample->time);
   PublishNav(*sample);
 }
 
 void NavBridgeNode::PublishNav(const OdometrySample& sample) {
   endpoint_.Publish(outputs::kNav, ToMessage(sample), sample.time, sample.segment);
   has_told_nav_ = true;
-}
-
-/// Without bottom lock our own reckoning does not know where a velocity leads.
-bool NavBridgeNode::IsBlind(Time time) const {
-  return settings_.bridge.source == NavigationSource::kInstruments && !reckoner_.HasLock(time);
 }
 
 std::string NavBridgeNode::Health() {
@@ -150,7 +146,7 @@ void NavBridgeNode::OnControl(Time now, const control_t& message) {
   if (speed_m_s > limits.max_speed_m_s) command->velocity_B_m_s *= limits.max_speed_m_s / speed_m_s;
   command->yaw_rate_rad_s =
       std::clamp(command->yaw_rate_rad_s, -limits.max_yaw_rate_rad_s, limits.max_yaw_rate_rad_s);
-  if (IsBlind(TimeOf(message.header))) {
+  if (!has_lock_) {
     *command = {};
     ++held_;
   }

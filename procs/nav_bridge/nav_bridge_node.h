@@ -69,7 +69,6 @@ class NavBridgeNode {
   void Reckon(const Message& message);
   void OnImu(const imu_t& message);
   void OnControl(Time now, const control_t& message);
-  bool IsBlind(Time time) const;
   std::string Health();
   void PublishNav(const OdometrySample& sample);
   void StopIfCommandIsOld(Time now);

@@ -1,4 +1,5 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -22,7 +23,7 @@ namespace vog {
 namespace {
 
 struct Table {
-  std::string name;
+  std::string name;  ///< In brackets where there may be several.
   std::vector<OptionDescription> options;
 };
 
@@ -37,6 +38,19 @@ class Describer {
         {name, DescribeOptions([options = config_.Read<Options>(name)](OptionsVisitor& v) mutable {
            options.Visit(v);
          })});
+  }
+
+  /// Each of the tables [[name]]; the defaults where there is none.
+  template <class Options>
+  void AddEach(const std::string& name) {
+    const int count = config_.CountOf(name);
+    for (int i = 0; i < std::max(1, count); ++i) {
+      Options options;
+      if (count > 0) options = config_.Read<Options>(name + "[" + std::to_string(i) + "]");
+      tables_.push_back({"[" + name + "]", DescribeOptions([options](OptionsVisitor& v) mutable {
+                           options.Visit(v);
+                         })});
+    }
   }
 
   const std::vector<Table>& tables() const { return tables_; }
@@ -77,6 +91,7 @@ std::vector<Table> DescribeTables(const Config& config) {
   all.Add<PoseGraphOptions>("pose_graph");
   all.Add<SlamOptions>("slam");
   all.Add<ExplorationOptions>("exploration");
+  all.AddEach<KeepOutOptions>("keep_out");
   all.Add<PlannerOptions>("planner");
   all.Add<ControllerOptions>("controller");
   all.Add<ViewerOptions>("viewer");

@@ -257,11 +257,11 @@ class LogTest(ViewerTest):
             self.addCleanup(player.wait)
             self.addCleanup(player.terminate)
 
-        # The poses come when all submaps are there, however long the page takes for them.
-        play("--to", "5.02")
+        # The other poses come when all submaps are there, however long the page takes for them.
+        play("--to", "5.3")
         page.wait(f"{SHOWN} === {submaps}", 120)
-        play("--from", "5.02")
-        page.wait("vogmap.store.counts.poses > 20", 60)
+        play("--from", "5.3")
+        page.wait("vogmap.store.counts.poses > 40", 60)
         counts = ("(() => ({ t: performance.now() / 1000, frames: vogmap.store.counts.poses,"
                   " bytes: vogmap.connection.counts.bytes, drawn: vogmap.scene.stats.drawn }))()")
         begin = page.run(counts)

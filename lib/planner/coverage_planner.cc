@@ -8,7 +8,7 @@ namespace vog {
 namespace {
 
 // Places looked at in one plan: those that are new, and those that may have less than they had.
-constexpr int kNewPlaces = 24, kOldPlaces = 24;
+constexpr int kNewPlaces = 40, kOldPlaces = 40;
 /// Views whose ways are tested in one plan.
 constexpr int kWays = 12;
 /// A view is done with when less than this share of it is left.

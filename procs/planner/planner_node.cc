@@ -11,9 +11,11 @@
 namespace vog {
 namespace {
 
-/// How long scans may fail to come, or submaps may be missing, before the vehicle stays where it
-/// is.
+/// How long scans may fail to come before the vehicle stays where it is.
 constexpr Duration kPatience = std::chrono::seconds(5);
+/// The same of the map, in seconds of the bus: MAP_STATUS is told in those, however fast a
+/// simulated vehicle's time goes.
+constexpr int kMapPatience_s = 5;
 
 const char* NameOf(ExplorerState state) {
   switch (state) {
@@ -94,6 +96,7 @@ PlannerNode::PlannerNode(Bus& bus, const PlannerSettings& settings)
                       [this](Time, const operator_command_t& message) { OnOperator(message); });
   bus.WhenCaughtUp([this] { PlanWithNewestPose(); });
   bus.Every(std::chrono::seconds(1), [this](Time) {
+    ++seconds_without_map_;
     if (explorer_.plan() != nullptr) PublishPlan(*explorer_.plan(), newest_pose_);
     PublishMissionStatus(newest_pose_);
     if (pose_version_ != poses_version_) AskForPoses(endpoint_, newest_pose_);
@@ -130,7 +133,7 @@ void PlannerNode::OnSubmap(const SubmapPtr& submap) {
 
 void PlannerNode::OnMapStatus(const map_status_t& status) {
   is_complete_ = status.complete;
-  newest_map_ = newest_pose_;
+  if (receiver_.IsComplete()) seconds_without_map_ = 0;
 }
 
 void PlannerNode::OnReset() { submaps_.Clear(); }
@@ -221,18 +224,14 @@ void PlannerNode::OnPose(const pose_estimate_t& message) {
                       MatrixFrom<3>(message.covariance_xyyaw)};
 }
 
-bool PlannerNode::MayPlan() {
+bool PlannerNode::MayPlan() const {
   // A planner that is started again after the mission does not begin another.
   if (is_complete_) return false;
   // The mission ends with its budget, whether the last submaps are here or not.
   if (receiver_.announced() >= settings_.mission.max_submaps) return true;
-  if (receiver_.IsComplete()) {
-    incomplete_since_.reset();
-    return true;
-  }
+  if (receiver_.IsComplete()) return true;
   // Submaps that are on their way come in a moment.
-  if (!incomplete_since_) incomplete_since_ = newest_pose_;
-  return has_start_ && newest_pose_ - *incomplete_since_ >= kPatience;
+  return has_start_ && seconds_without_map_ >= kMapPatience_s;
 }
 
 void PlannerNode::PlanWithNewestPose() {
@@ -244,7 +243,6 @@ void PlannerNode::PlanWithNewestPose() {
     explorer_.SetStart(submaps_.Has(0) ? submaps_.X_WM(0).translation() : X_WB.translation());
     has_start_ = true;
     newest_scan_ = std::max(newest_scan_, newest_pose_);
-    newest_map_ = newest_pose_;
   }
   ShowOpen(X_WO, segment);
   map_->SetSigmaSince(std::sqrt(std::max({0.0, covariance_xyyaw(0, 0), covariance_xyyaw(1, 1)})));
@@ -260,7 +258,7 @@ void PlannerNode::PlanWithNewestPose() {
 
 std::string PlannerNode::ReasonToHold() const {
   if (is_paused_) return "paused";
-  if (!receiver_.IsComplete() || newest_pose_ - newest_map_ >= kPatience) return "no map";
+  if (seconds_without_map_ >= kMapPatience_s) return "no map";
   if (newest_pose_ - newest_scan_ >= kPatience) return "no sonar";
   return {};
 }

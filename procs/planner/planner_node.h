@@ -63,7 +63,7 @@ class PlannerNode {
   /// Why the vehicle must stay where it is; empty when it need not.
   std::string ReasonToHold() const;
   void PlanWithNewestPose();
-  bool MayPlan();
+  bool MayPlan() const;
   void MeasureExplored();
   void ShowOpen(const Pose3& X_WO, std::int64_t segment);
   void PublishPlan(const Plan& plan, Time time);
@@ -97,8 +97,9 @@ class PlannerNode {
   bool is_complete_ = false;   // The mission is over and its map saved.
   int measured_submaps_ = -1;  // When explored_m3_ was measured.
   double explored_m3_ = 0;
-  Time newest_pose_, newest_scan_, newest_map_;
-  std::optional<Time> incomplete_since_;  // Since when submaps are missing.
+  Time newest_pose_, newest_scan_;
+  int seconds_without_map_ =
+      0;  // Of the bus, since the map service told of a map that is all here.
   bool is_paused_ = false;
   std::int64_t orders_ = 0, refused_orders_ = 0;
   std::string refused_;  // Why the last order was not followed.

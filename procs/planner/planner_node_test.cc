@@ -376,6 +376,21 @@ TEST_F(PlannerNodeTest, HoldsWithoutSonarAndWithoutMap) {
   EXPECT_EQ(pose_after(6), "no map");
 }
 
+// A simulated vehicle's time may go many times as fast as the bus' seconds.
+TEST_F(PlannerNodeTest, DoesNotMissTheMapWhenTheVehiclesTimeIsFast) {
+  Start();
+  vehicle_.Drive(kScansPerSubmap);
+  pose_estimate_t pose = bench_.Last(outputs::kPose);
+  Time time = TimeOf(pose.header);
+  for (int second = 0; second < 20; ++second) {
+    time += std::chrono::seconds(8);
+    pose.header = bench_.NextHeader(outputs::kPose.name, time);
+    bench_.SayAsIs(outputs::kPose, pose, bench_.queue.now());
+    bench_.RunFor(std::chrono::seconds(1));
+    EXPECT_NE(bench_.Last(outputs::kMissionStatus).hold, "no map") << second;
+  }
+}
+
 class PlannerMethodTest : public PlannerNodeTest, public testing::WithParamInterface<MapMethod> {};
 
 TEST_P(PlannerMethodTest, PlansOnItsMap) {

@@ -27,6 +27,7 @@ struct VoxelBox {
   std::int64_t size_y() const { return std::int64_t{max.y} - min.y + 1; }
   std::int64_t size_z() const { return std::int64_t{max.z} - min.z + 1; }
   std::size_t count() const { return static_cast<std::size_t>(size_x() * size_y() * size_z()); }
+  bool IsEmpty() const { return size_x() <= 0 || size_y() <= 0 || size_z() <= 0; }
   bool Contains(const VoxelKey& key) const {
     return key.x >= min.x && key.x <= max.x && key.y >= min.y && key.y <= max.y && key.z >= min.z &&
            key.z <= max.z;
@@ -37,6 +38,12 @@ struct VoxelBox {
         (std::int64_t{key.z - min.z} * size_y() + (key.y - min.y)) * size_x() + (key.x - min.x));
   }
 };
+
+/// What both hold; empty where they do not meet.
+inline VoxelBox Intersection(const VoxelBox& a, const VoxelBox& b) {
+  return {{std::max(a.min.x, b.min.x), std::max(a.min.y, b.min.y), std::max(a.min.z, b.min.z)},
+          {std::min(a.max.x, b.max.x), std::min(a.max.y, b.max.y), std::min(a.max.z, b.max.z)}};
+}
 
 /// Calls `visit(voxel)` for each voxel of `box`, in the order of VoxelBox::IndexOf.
 template <class Visit>

@@ -70,7 +70,8 @@ void CoveragePlanner::LookFrom(const OccupancyMap& map, const Reached& reached) 
                       plans_};
 }
 
-double CoveragePlanner::UtilityOf(const Reached& reached, int heading, const Waypoint& at) const {
+double CoveragePlanner::ViewsASecond(const Reached& reached, int heading,
+                                     const Waypoint& at) const {
   const double turn_rad = WrapAngle(YawOfHeading(heading) - at.yaw_rad);
   return 1 / (options_.view_time_s +
               std::max(reached.time_s, std::abs(turn_rad) / limits_.max_yaw_rate_rad_s));
@@ -83,7 +84,7 @@ CoveragePlanner::View CoveragePlanner::BestViewAt(int index, const Waypoint& at)
   for (int heading = 0; heading < kHeadings; ++heading) {
     const double voxels = gain[static_cast<std::size_t>(heading)];
     if ((reached.arc >> heading & 1) == 0 || voxels < options_.zero_gain_voxels) continue;
-    const double utility = voxels * UtilityOf(reached, heading, at);
+    const double utility = voxels * ViewsASecond(reached, heading, at);
     if (utility > best.utility) best = {index, heading, utility};
   }
   return best;
@@ -149,7 +150,7 @@ std::vector<Waypoint> CoveragePlanner::FirstPartOf(const std::vector<Waypoint>& 
   return part;
 }
 
-ViewPlan CoveragePlanner::GoTo(const View& view, std::vector<Waypoint> way) {
+ViewPlan CoveragePlanner::GoTo(const View& view, const std::vector<Waypoint>& way) {
   ViewPlan plan;
   plan.outcome = ViewPlan::Outcome::kGo;
   for (const Waypoint& waypoint : way) {
@@ -188,16 +189,11 @@ ViewPlan CoveragePlanner::GrowTree(const OccupancyMap& map, const CollisionCheck
   Random random(static_cast<std::uint64_t>(seed_), "coverage", static_cast<std::uint64_t>(plans_));
   NbvTree tree(options_, box_W_, at);
   tree.GrowTo(context, options_.max_tree_nodes, random);
-  ViewPlan plan;
-  plan.tree = tree.nodes();
-  plan.best = tree.best();
-  plan.outcome = plan.best != 0            ? ViewPlan::Outcome::kGo
-                 : tree.nodes().size() < 2 ? ViewPlan::Outcome::kNoWay
-                                           : ViewPlan::Outcome::kNothing;
-  if (plan.best == 0) return plan;
+  ViewPlan plan = PlanOf(tree);
+  if (plan.outcome != ViewPlan::Outcome::kGo) return plan;
   nothing_since_ = -1;
   gain_of_plan_ = tree.nodes()[static_cast<std::size_t>(plan.best)].visible;
-  plan.path = FirstPartOf(tree.BranchTo(plan.best));
+  plan.path = FirstPartOf(plan.path);
   return plan;
 }
 
@@ -213,7 +209,7 @@ ViewPlan CoveragePlanner::Plan(const OccupancyMap& map, const CollisionChecker& 
     auto way = routes_.RouteTo(map, checker, view.reached, YawOfHeading(view.heading));
     if (way) {
       nothing_since_ = -1;
-      return GoTo(view, std::move(*way));
+      return GoTo(view, *way);
     }
     was_refused = true;
   }

@@ -45,13 +45,14 @@ class CoveragePlanner final : public ViewPlanner {
   void LookFrom(const OccupancyMap& map, const Reached& reached);
   /// The best heading of a place by what is known of it.
   View BestViewAt(int index, const Waypoint& at);
-  double UtilityOf(const Reached& reached, int heading, const Waypoint& at) const;
+  /// Of views like this one, way and turn included.
+  double ViewsASecond(const Reached& reached, int heading, const Waypoint& at) const;
   double WeightOf(const VoxelKey& key) const;
   double GainAt(const OccupancyMap& map, const Waypoint& at) const;
   void LookAtNewPlaces(const OccupancyMap& map);
   /// The best view by what is known, each of those that were best looked at anew.
   View FindBest(const OccupancyMap& map, const Waypoint& at);
-  ViewPlan GoTo(const View& view, std::vector<Waypoint> way);
+  ViewPlan GoTo(const View& view, const std::vector<Waypoint>& way);
   ViewPlan LookForMore(const OccupancyMap& map);
   /// In space too narrow for the lattice: a tree of random views, with all that it can reach.
   ViewPlan GrowTree(const OccupancyMap& map, const CollisionChecker& checker, const Waypoint& at);

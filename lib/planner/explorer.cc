@@ -3,9 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "lib/planner/coverage_planner.h"
-#include "lib/planner/nbv_planner.h"
-
 namespace vog {
 namespace {
 
@@ -47,11 +44,7 @@ void Explorer::SetRules(const PlannerOptions& options, const ExplorationOptions&
   checker_.SetKeepOut(exploration.keep_out_W());
   if (start_W_) SetStart(*start_W_);
   routes_ = std::make_unique<Routes>(options, limits_, box_W_);
-  if (options.kind == PlannerKind::kNextBestView) {
-    planner_ = std::make_unique<NbvPlanner>(options, sonar_, box_W_, mission_.seed);
-  } else {
-    planner_ = std::make_unique<CoveragePlanner>(options, limits_, sonar_, box_W_, mission_.seed);
-  }
+  planner_ = MakeViewPlanner(options, limits_, sonar_, box_W_, mission_.seed);
   if (state_ != ExplorerState::kFinished) plan_.reset();
 }
 
@@ -251,8 +244,8 @@ bool Explorer::ReturnHome(const OccupancyMap& map, const Waypoint& at) {
   }
   const auto checker = CheckerFor(map, at);
   if (!checker) return false;
+  routes_->Search(map, *checker, at);
   for (int tries = 0; tries < kWaysHome; ++tries) {
-    routes_->Search(map, *checker, at);
     const auto home = routes_->ReachedNear(*home_W_, kHome_m);
     if (!home) return false;
     auto way = routes_->RouteTo(map, *checker, *home, at.yaw_rad);

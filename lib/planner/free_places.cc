@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 namespace vog {
 namespace {
@@ -134,45 +135,33 @@ void FreePlaces::Update(const OccupancyMap& map, const CollisionChecker& checker
   MarkNeighbours();
   keep_out_.clear();
   for (const Eigen::AlignedBox3d& box_W : checker.keep_out_W()) {
-    if (box_W.intersects(
-            Eigen::AlignedBox3d(grid_->CenterOf(voxels_.min), grid_->CenterOf(voxels_.max))))
-      keep_out_.push_back(Clipped(box_W));
+    const VoxelBox box = Intersection(VoxelsOf(*grid_, box_W), voxels_);
+    if (!box.IsEmpty()) keep_out_.push_back(box);
   }
   for (int level = 0; level < count_[2]; ++level) DrawLevel(level);
   headings_.assign(static_cast<std::size_t>(places()), 0);
   has_headings_.assign(static_cast<std::size_t>(places()), false);
 }
 
-VoxelBox FreePlaces::Clipped(const Eigen::AlignedBox3d& box_W) const {
-  const VoxelBox box = VoxelsOf(*grid_, box_W);
-  return {{std::max(box.min.x, voxels_.min.x), std::max(box.min.y, voxels_.min.y),
-           std::max(box.min.z, voxels_.min.z)},
-          {std::min(box.max.x, voxels_.max.x), std::min(box.max.y, voxels_.max.y),
-           std::min(box.max.z, voxels_.max.z)}};
-}
-
 void FreePlaces::ReadChanges(const OccupancyMap& map, const CollisionChecker& checker) {
   const auto changed = revision_ < 0 ? std::nullopt : map.ChangedSince(revision_);
   revision_ = map.revision();
+  const Eigen::AlignedBox3d was_hidden_W = std::exchange(hidden_W_, checker.PresenceBounds());
   std::vector<VoxelBox> boxes;
   std::size_t count = 0;
   const auto add = [&](const Eigen::AlignedBox3d& box_W) {
     if (box_W.isEmpty()) return;
-    const VoxelBox box = Clipped(box_W);
-    if (box.size_x() <= 0 || box.size_y() <= 0 || box.size_z() <= 0) return;
+    const VoxelBox box = Intersection(VoxelsOf(*grid_, box_W), voxels_);
+    if (box.IsEmpty()) return;
     boxes.push_back(box);
     count += box.count();
   };
   if (changed) {
     for (const Eigen::AlignedBox3d& box_W : *changed) add(box_W);
-    add(hidden_W_);
-    hidden_W_ = checker.PresenceBounds();
+    add(was_hidden_W);
     add(hidden_W_);
   }
-  if (!changed || count > voxels_.count()) {
-    hidden_W_ = checker.PresenceBounds();
-    boxes = {voxels_};
-  }
+  if (!changed || count > voxels_.count()) boxes = {voxels_};
   for (const VoxelBox& box : boxes) Read(map, checker, box);
 }
 
@@ -214,12 +203,8 @@ void FreePlaces::MarkNeighbours() {
   is_next_to_occupied_.assign(voxels_.count(), 0);
   for (const Occupied& voxel : occupied_) {
     const VoxelKey& key = voxel.key;
-    const VoxelBox around = {
-        {std::max(key.x - 1, voxels_.min.x), std::max(key.y - 1, voxels_.min.y),
-         std::max(key.z - 1, voxels_.min.z)},
-        {std::min(key.x + 1, voxels_.max.x), std::min(key.y + 1, voxels_.max.y),
-         std::min(key.z + 1, voxels_.max.z)}};
-    ForEachVoxel(around,
+    const VoxelBox around = {{key.x - 1, key.y - 1, key.z - 1}, {key.x + 1, key.y + 1, key.z + 1}};
+    ForEachVoxel(Intersection(around, voxels_),
                  [this](const VoxelKey& near) { is_next_to_occupied_[voxels_.IndexOf(near)] = 1; });
   }
 }

@@ -71,8 +71,6 @@ class FreePlaces {
   };
 
   void Measure(const VoxelGrid& grid);
-  /// The voxels of a box, as far as they are among those looked at.
-  VoxelBox Clipped(const Eigen::AlignedBox3d& box_W) const;
   Footprint FootprintOf(const CollisionRules& rules, double clearance_m, double yaw_rad) const;
   void SetRules(const CollisionRules& rules);
   void ReadChanges(const OccupancyMap& map, const CollisionChecker& checker);

@@ -24,16 +24,8 @@ ViewPlan NbvPlanner::Plan(const OccupancyMap& map, const CollisionChecker& check
   tree.GrowTo(context, options_.tree_nodes, random);
   if (tree.best() == 0) tree.AddTurns(context, kTurns);
   if (tree.best() == 0) tree.GrowTo(context, options_.max_tree_nodes, random);
-  ViewPlan plan;
-  plan.tree = tree.nodes();
-  plan.best = tree.best();
-  if (tree.best() == 0) {
-    plan.outcome =
-        tree.nodes().size() < 2 ? ViewPlan::Outcome::kNoWay : ViewPlan::Outcome::kNothing;
-    return plan;
-  }
-  plan.outcome = ViewPlan::Outcome::kGo;
-  plan.path = tree.BranchTo(tree.best());
+  ViewPlan plan = PlanOf(tree);
+  if (plan.outcome != ViewPlan::Outcome::kGo) return plan;
   remainder_.assign(plan.path.begin() + 2, plan.path.end());
   plan.path.resize(2);
   return plan;

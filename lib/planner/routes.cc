@@ -21,11 +21,6 @@ Routes::Routes(const PlannerOptions& options, const MotionLimits& limits,
                const Eigen::AlignedBox3d& box_W)
     : limits_(limits), free_(options.collision_rules(), box_W, kSpacing_m) {}
 
-double Routes::TimeOf_s(double length_m, double turn_rad) const {
-  return std::max(length_m / limits_.max_speed_m_s,
-                  std::abs(turn_rad) / limits_.max_yaw_rate_rad_s);
-}
-
 bool Routes::IsRefused(int from, int to) const {
   if (refusals_.empty()) return false;
   const auto refusal = refusals_.find(std::minmax(from, to));

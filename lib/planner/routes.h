@@ -41,8 +41,6 @@ class Routes {
   /// Which of reached() is nearest to a point, within `radius_m`; nothing when none is.
   std::optional<int> ReachedNear(const Vec3& p_W, double radius_m) const;
 
-  /// How long the vehicle needs for a length and a turn that go together.
-  double TimeOf_s(double length_m, double turn_rad) const;
   /// The lattice, as the last search saw it.
   const FreePlaces& free_places() const { return free_; }
 

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "lib/collision/collision_checker.h"
 #include "lib/planner/nbv_tree.h"
+#include "lib/scan/sonar.h"
 
 namespace vog {
 
@@ -38,5 +41,13 @@ class ViewPlanner {
   /// The vehicle has gone another way than planned.
   virtual void Forget() {}
 };
+
+/// The best branch of a tree, if any of it gains.
+ViewPlan PlanOf(const NbvTree& tree);
+
+/// The planner that options.kind names. `seed` is the mission's.
+std::unique_ptr<ViewPlanner> MakeViewPlanner(const PlannerOptions& options,
+                                             const MotionLimits& limits, const SonarOptions& sonar,
+                                             const Eigen::AlignedBox3d& box_W, std::int64_t seed);
 
 }  // namespace vog

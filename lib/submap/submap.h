@@ -44,8 +44,11 @@ struct Submap {
 
 using SubmapPtr = std::shared_ptr<const Submap>;
 
-/// The centres of the voxels from `occupied_from` up, in M, without those that have fewer than
-/// `min_neighbours` occupied ones among their 26.
+/// The voxels from `occupied_from` up, without those that have fewer than `min_neighbours` occupied
+/// ones among their 26.
+std::vector<VoxelKey> OccupiedVoxels(const BrickGrid& grid, LogOddsUnits occupied_from,
+                                     int min_neighbours = 0);
+/// Their centres in M.
 std::vector<Vec3> OccupiedPoints(const BrickGrid& grid, LogOddsUnits occupied_from,
                                  int min_neighbours = 0);
 

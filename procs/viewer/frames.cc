@@ -8,6 +8,8 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "lib/base/random.h"
+
 namespace vog {
 namespace {
 
@@ -68,37 +70,19 @@ Vec3 DirectionToFree(const BrickGrid& grid, const VoxelKey& key, LogOddsUnits oc
   return sum.norm() > 1e-9 ? Vec3(sum.normalized()) : Vec3(Vec3::UnitZ());
 }
 
-/// Whether two of the 26 neighbours are occupied as well, as along a line at least. Specks that are
-/// alone hide what matters.
-bool HasCompany(const BrickGrid& grid, const VoxelKey& key, LogOddsUnits occupied_from) {
-  int occupied = 0;
-  for (int dz = -1; dz <= 1; ++dz)
-    for (int dy = -1; dy <= 1; ++dy)
-      for (int dx = -1; dx <= 1; ++dx) {
-        const LogOddsUnits units = grid.Get({key.x + dx, key.y + dy, key.z + dz});
-        occupied += units != kUnknownUnits && units >= occupied_from;
-      }
-  return occupied > 2;  // The voxel itself is one.
-}
-
-/// Mixes the order by a fixed generator: which voxels come first says nothing about where they are.
-template <class Item>
-void Scatter(std::vector<Item>& items) {
-  std::uint64_t state = 0x9e3779b97f4a7c15u;
-  for (std::size_t i = items.size(); i > 1; --i) {
-    state = state * 6364136223846793005u + 1442695040888963407u;
-    std::swap(items[i - 1], items[(state >> 33) % i]);
-  }
+/// Mixes the order, always in the same way: which voxels come first says nothing about where they
+/// are.
+void Scatter(std::vector<VoxelKey>& voxels) {
+  Random random(0, "scatter");
+  for (std::size_t i = voxels.size(); i > 1; --i)
+    std::swap(voxels[i - 1], voxels[static_cast<std::size_t>(random.Index(static_cast<int>(i)))]);
 }
 
 }  // namespace
 
 std::string SubmapFrame(const Submap& submap, LogOddsUnits occupied_from) {
-  std::vector<VoxelKey> occupied;
-  submap.grid.ForEach([&](const VoxelKey& key, LogOddsUnits units) {
-    if (units >= occupied_from && HasCompany(submap.grid, key, occupied_from))
-      occupied.push_back(key);
-  });
+  // Two neighbours as along a line at least: specks that are alone hide what matters.
+  std::vector<VoxelKey> occupied = OccupiedVoxels(submap.grid, occupied_from, 2);
   Scatter(occupied);
   FrameWriter out(FrameKind::kSubmap, occupied.size(), submap.first_scan);
   out.Put(static_cast<std::uint32_t>(submap.id()));

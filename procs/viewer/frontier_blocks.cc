@@ -13,11 +13,6 @@ std::int32_t BlockOf(std::int32_t index) {
 
 VoxelKey BlockOf(const VoxelKey& key) { return {BlockOf(key.x), BlockOf(key.y), BlockOf(key.z)}; }
 
-VoxelBox Intersection(const VoxelBox& a, const VoxelBox& b) {
-  return {{std::max(a.min.x, b.min.x), std::max(a.min.y, b.min.y), std::max(a.min.z, b.min.z)},
-          {std::min(a.max.x, b.max.x), std::min(a.max.y, b.max.y), std::min(a.max.z, b.max.z)}};
-}
-
 }  // namespace
 
 FrontierBlocks::FrontierBlocks(const OccupancyMap& map, const Eigen::AlignedBox3d& box_W)
@@ -30,7 +25,7 @@ void FrontierBlocks::NoteChanged(const Eigen::AlignedBox3d& box_W) {
   for (std::int32_t* index : {&changed.min.x, &changed.min.y, &changed.min.z}) --*index;
   for (std::int32_t* index : {&changed.max.x, &changed.max.y, &changed.max.z}) ++*index;
   changed = Intersection(changed, box_);
-  if (changed.size_x() <= 0 || changed.size_y() <= 0 || changed.size_z() <= 0) return;
+  if (changed.IsEmpty()) return;
   ForEachVoxel({BlockOf(changed.min), BlockOf(changed.max)},
                [&](const VoxelKey& block) { waiting_.insert(block); });
 }

@@ -18,15 +18,6 @@ namespace {
 
 constexpr Duration kMaxFinish = std::chrono::seconds(30);
 
-std::optional<run_t> FirstRun(const std::filesystem::path& log) {
-  LcmLogReader reader(log.string());
-  while (const auto event = reader.Next()) {
-    run_t run{};
-    if (event->channel == inputs::kRun.name && Decode(event->bytes, run)) return run;
-  }
-  return std::nullopt;
-}
-
 /// Says that the mission is over, for a log that breaks off before.
 void SayFinished(QueueBus& bus, std::int64_t run_id) {
   Endpoint endpoint(bus.AddNode("vog-replay"), "vog-replay", run_id);
@@ -77,6 +68,17 @@ void Feed(const std::filesystem::path& log, const Config& config, LockStepSystem
 }
 
 }  // namespace
+
+std::optional<run_t> FirstRun(const std::filesystem::path& log, int max_events) {
+  LcmLogReader reader(log.string());
+  for (int i = 0; i < max_events; ++i) {
+    const auto event = reader.Next();
+    if (!event) break;
+    run_t run{};
+    if (event->channel == inputs::kRun.name && Decode(event->bytes, run)) return run;
+  }
+  return std::nullopt;
+}
 
 Config ConfigOfLog(const std::filesystem::path& log) {
   const auto run = FirstRun(log);

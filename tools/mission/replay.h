@@ -1,6 +1,8 @@
 #pragma once
 
 #include <filesystem>
+#include <limits>
+#include <optional>
 
 #include "tools/mission/lock_step.h"
 
@@ -18,6 +20,10 @@ void ReplayLog(const std::filesystem::path& log, const std::filesystem::path& fo
 /// @throws UsageError when there is nothing to build a map from.
 void BuildMapFromLog(const std::filesystem::path& log, const Config& config,
                      const std::filesystem::path& map_folder);
+
+/// The first RUN message among the first `max_events` of a log.
+std::optional<run_t> FirstRun(const std::filesystem::path& log,
+                              int max_events = std::numeric_limits<int>::max());
 
 /// Reads the configuration of the run that a log holds. @throws UsageError without a RUN message.
 Config ConfigOfLog(const std::filesystem::path& log);

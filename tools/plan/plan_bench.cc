@@ -5,21 +5,12 @@
 
 #include "lib/baselines/make_submap_map.h"
 #include "lib/bus/stopwatch.h"
-#include "lib/planner/coverage_planner.h"
-#include "lib/planner/nbv_planner.h"
+#include "lib/planner/view_planner.h"
 #include "lib/vogmap/map_folder.h"
 #include "procs/planner/planner_node.h"
 
 namespace vog {
 namespace {
-
-std::unique_ptr<ViewPlanner> MakePlanner(PlannerKind kind, const PlannerSettings& settings) {
-  const Eigen::AlignedBox3d box_W = settings.exploration.box_W();
-  if (kind == PlannerKind::kNextBestView)
-    return std::make_unique<NbvPlanner>(settings.planner, settings.sonar, box_W, 1);
-  return std::make_unique<CoveragePlanner>(settings.planner, settings.limits, settings.sonar, box_W,
-                                           1);
-}
 
 std::vector<int> SizesOf(const PlanBenchOptions& options, int all) {
   std::vector<int> sizes = options.submaps;
@@ -38,7 +29,10 @@ PlanBenchRow Measure(PlannerKind kind, const PlannerSettings& settings, const St
     map->Place(submap, stored.X_WM.at(submap->id()));
   }
   PlanBenchRow row{NameOf(PlannerKindNames(), kind), submaps, 0, 0, 0, 0};
-  const auto planner = MakePlanner(kind, settings);
+  PlannerOptions options = settings.planner;
+  options.kind = kind;
+  const auto planner = MakeViewPlanner(options, settings.limits, settings.sonar,
+                                       settings.exploration.box_W(), settings.mission.seed);
   std::vector<double> times_ms;
   for (int plan = -1; plan < plans; ++plan) {
     // Spread over the flight, the newest last.

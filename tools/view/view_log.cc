@@ -10,6 +10,7 @@
 #include "lib/posegraph/g2o.h"
 #include "lib/vogmap/map_folder.h"
 #include "procs/viewer/viewer_node.h"
+#include "tools/mission/replay.h"
 
 namespace vog {
 namespace {
@@ -22,19 +23,9 @@ constexpr Duration kWait = std::chrono::milliseconds(100);
 
 /// The settings that a log tells of its run; without them there is no exploration box.
 ViewSettings SettingsIn(const fs::path& log) {
-  ViewSettings settings;
-  LcmLogReader reader(log.string());
-  for (int i = 0; i < kEventsUntilRun; ++i) {
-    const auto event = reader.Next();
-    if (!event) break;
-    bool is_found = false;
-    HandleIf(event->channel, event->bytes, inputs::kRun, [&](const run_t& run) {
-      settings = ViewerSettings::From(Config::Parse(run.config_toml, log.string() + ": RUN")).view;
-      is_found = true;
-    });
-    if (is_found) break;
-  }
-  return settings;
+  const auto run = FirstRun(log, kEventsUntilRun);
+  if (!run) return {};
+  return ViewerSettings::From(Config::Parse(run->config_toml, log.string() + ": RUN")).view;
 }
 
 void PrintUrl(const PageServer& server) {

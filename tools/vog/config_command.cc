@@ -23,7 +23,7 @@ namespace vog {
 namespace {
 
 struct Table {
-  std::string name;  ///< In brackets where there may be several.
+  std::string name, heading;  ///< keep_out[0] is one of the tables [[keep_out]].
   std::vector<OptionDescription> options;
 };
 
@@ -34,10 +34,7 @@ class Describer {
 
   template <class Options>
   void Add(const std::string& name) {
-    tables_.push_back(
-        {name, DescribeOptions([options = config_.Read<Options>(name)](OptionsVisitor& v) mutable {
-           options.Visit(v);
-         })});
+    Describe(name, "[" + name + "]", config_.Read<Options>(name));
   }
 
   /// Each of the tables [[name]]; the defaults where there is none.
@@ -45,17 +42,20 @@ class Describer {
   void AddEach(const std::string& name) {
     const int count = config_.CountOf(name);
     for (int i = 0; i < std::max(1, count); ++i) {
-      Options options;
-      if (count > 0) options = config_.Read<Options>(name + "[" + std::to_string(i) + "]");
-      tables_.push_back({"[" + name + "]", DescribeOptions([options](OptionsVisitor& v) mutable {
-                           options.Visit(v);
-                         })});
+      const std::string one = name + "[" + std::to_string(i) + "]";
+      Describe(one, "[[" + name + "]]", count > 0 ? config_.Read<Options>(one) : Options());
     }
   }
 
   const std::vector<Table>& tables() const { return tables_; }
 
  private:
+  template <class Options>
+  void Describe(const std::string& name, const std::string& heading, Options options) {
+    tables_.push_back(
+        {name, heading, DescribeOptions([&](OptionsVisitor& v) { options.Visit(v); })});
+  }
+
   const Config& config_;
   std::vector<Table> tables_;
 };
@@ -110,7 +110,7 @@ std::vector<Table> DescribeTables(const Config& config) {
 /// As a mission file: each option with what is allowed and what it is for.
 void PrintToml(const std::vector<Table>& tables) {
   for (const Table& table : tables) {
-    std::printf("[%s]\n", table.name.c_str());
+    std::printf("%s\n", table.heading.c_str());
     for (const OptionDescription& option : table.options) {
       std::printf("# %s", option.help.c_str());
       if (!option.allowed.empty()) std::printf(" (%s)", option.allowed.c_str());

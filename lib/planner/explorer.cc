@@ -16,7 +16,9 @@ constexpr Duration kHoldTime = std::chrono::seconds(2);
 constexpr int kMaxFailures = 30;
 /// The vehicle is at home when it is this near.
 constexpr double kHome_m = 0.5;
-constexpr int kWaysHome = 20;
+constexpr int kPlacesAtHome = 20;
+/// A map that closes every way soon after it was begun keeps nobody from an end.
+constexpr int kMaxWaysHome = 100;
 
 // Shares of the clearances that a place may offer, and the least that a plan keeps to when the
 // vehicle finds itself inside its clearances.
@@ -176,9 +178,10 @@ void Explorer::MakePlan(const OccupancyMap& map, const Waypoint& at) {
   if (state_ == ExplorerState::kRevisiting) found = Revisit(map, at);
   if (state_ == ExplorerState::kReturning) found = ReturnHome(map, at);
   if (state_ == ExplorerState::kFinished) return;
-  failures_ = found ? 0 : failures_ + 1;
-  if (found || BackOut(map, at) || Escape(map, at)) return;
-  if (failures_ <= kMaxFailures) {
+  if (found) failures_ = 0;
+  if (found || BackOut(map, at)) return;
+  if (++failures_ <= kMaxFailures) {
+    if (Escape(map, at)) return;
     SetPlan({at}, PlanKind::kHold);  // The next scans may clear what is in the way.
   } else if (state_ == ExplorerState::kReturning) {
     Finish(at);
@@ -243,13 +246,14 @@ bool Explorer::ReturnHome(const OccupancyMap& map, const Waypoint& at) {
     return true;
   }
   const auto checker = CheckerFor(map, at);
-  if (!checker) return false;
+  if (!checker || ways_home_ == kMaxWaysHome) return false;
   routes_->Search(map, *checker, at);
-  for (int tries = 0; tries < kWaysHome; ++tries) {
+  for (int tries = 0; tries < kPlacesAtHome; ++tries) {
     const auto home = routes_->ReachedNear(*home_W_, kHome_m);
     if (!home) return false;
     auto way = routes_->RouteTo(map, *checker, *home, at.yaw_rad);
     if (!way) continue;
+    ++ways_home_;
     SetPlan(std::move(*way), PlanKind::kPath);
     return true;
   }
@@ -280,6 +284,8 @@ bool Explorer::BackOut(const OccupancyMap& map, const Waypoint& at) {
   for (auto back = history_.rbegin(); back != history_.rend(); ++back) {
     path.push_back(*back);
     if (LengthOf(at, *back) < kHistoryStep_m || FreeShareAt(map, *back) < kLeastShare) continue;
+    // From there the next way back goes on, never to and fro.
+    history_.erase(back.base(), history_.end());
     planner_->Forget();
     SetPlan(std::move(path), PlanKind::kWayBack);
     return true;
@@ -321,6 +327,7 @@ void Explorer::Finish(const Waypoint& at) {
 }
 
 void Explorer::Remember(const Waypoint& at) {
+  if (plan_ && kind_ == PlanKind::kWayBack) return;
   if (!history_.empty() && LengthOf(history_.back(), at) < kHistoryStep_m &&
       std::abs(WrapAngle(history_.back().yaw_rad - at.yaw_rad)) < kHistoryStep_rad)
     return;

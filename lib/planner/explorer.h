@@ -83,7 +83,7 @@ class Explorer {
   bool Explore(const OccupancyMap& map, const Waypoint& at);
   bool Revisit(const OccupancyMap& map, const Waypoint& at);
   bool ReturnHome(const OccupancyMap& map, const Waypoint& at);
-  /// Back along the way the vehicle came, to where there is room.
+  /// Back along the way the vehicle came, to where there is room. History ends there then.
   bool BackOut(const OccupancyMap& map, const Waypoint& at);
   /// With the bare hull to any place with more room than here.
   bool Escape(const OccupancyMap& map, const Waypoint& at);
@@ -123,9 +123,10 @@ class Explorer {
   std::optional<Waypoint> last_at_;
   double flight_share_ = 0;  // Of the clearances, that the plan in flight must keep.
   std::int64_t plans_ = 0, trees_ = 0;
-  std::vector<Waypoint> history_;
+  std::vector<Waypoint> history_;  // The way the vehicle came, without what it went back again.
   std::size_t next_revisit_ = 0;
-  int failures_ = 0;  // Plans in a row that led nowhere.
+  int failures_ = 0;   // Plans in a row that led nowhere, not even back.
+  int ways_home_ = 0;  // Begun.
 };
 
 }  // namespace vog

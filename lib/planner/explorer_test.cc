@@ -261,6 +261,20 @@ class CoverageTest : public ExplorerTest {
     for (int i = 0; i < most && explorer_->state() != ExplorerState::kFinished; ++i)
       if (const Plan* plan = Update(3)) Fly(plan->path);
   }
+  /// Follows the plans in small steps, the explorer told each time where the vehicle is.
+  void Step() {
+    constexpr double kStep_m = 0.2;
+    if (const Plan* plan = Update(0.5)) route_ = plan->path;
+    if (route_.empty()) return;
+    const double left_m = LengthOf(at_, route_.front());
+    const Waypoint next =
+        Interpolate(at_, route_.front(), left_m > kStep_m ? kStep_m / left_m : 1.0);
+    EXPECT_TRUE(IsTrulyFree(at_, next)) << "plan " << explorer_->plan()->id;
+    at_ = next;
+    Look(truth_, sonar_, at_.X_WB(), known_);
+    if (left_m <= kStep_m) route_.erase(route_.begin());
+  }
+  std::vector<Waypoint> route_;  // What is left of the plan.
   double ToStart_m() const { return (at_.position_W_m - kStart.position_W_m).norm(); }
 };
 
@@ -359,6 +373,28 @@ TEST_F(CoverageTest, EndsAsItIsTold) {
   explorer_->EndWith("abort", false);
   EXPECT_EQ(explorer_->state(), ExplorerState::kFinished);
   EXPECT_EQ(explorer_->plan()->path.size(), 1u);
+}
+
+TEST_F(CoverageTest, ComesHomeAlongTheWayItCameWhereTheMapShowsNone) {
+  for (int i = 0; i < 1000 && at_.position_W_m.x() < 1.5; ++i) Step();
+  explorer_->EndWith("go_home", true);
+  for (int i = 0; i < 1000 && explorer_->state() != ExplorerState::kFinished; ++i) {
+    // Between the vehicle and its home no water is known, however often it was seen.
+    known_.Fill({{-2, -12, -6}, {0, 11, 5}}, kUnknownLogOdds);
+    Step();
+  }
+  EXPECT_EQ(explorer_->state(), ExplorerState::kFinished);
+  EXPECT_TRUE(explorer_->is_home());
+}
+
+TEST_F(CoverageTest, GivesUpAHomeThatCannotBeReached) {
+  exploration_.home = HomePlace::kPlace;
+  exploration_.home_m = {0, 0, 10};
+  Restart();
+  for (int i = 0; i < 5000 && explorer_->state() != ExplorerState::kFinished; ++i) Step();
+  EXPECT_EQ(explorer_->state(), ExplorerState::kFinished);
+  EXPECT_EQ(explorer_->end_reason(), "nothing_to_gain");
+  EXPECT_FALSE(explorer_->is_home());
 }
 
 TEST_F(CoverageTest, DoesNotLookForEverForWhatCannotBeSeen) {

@@ -59,6 +59,15 @@ OdometryEdge MakeOdometryEdge(const SubmapOptions& options, const DriftOptions& 
   return {Ominus(from.X_OB, newest.X_OB) * gap.X_NT, WithAbsolutes(planar, drift)};
 }
 
+OdometrySample OdometryAtLastScan(const Submap& submap) {
+  const OdometrySample& base = submap.base.odometry;
+  OdometrySample last = base;
+  last.time = submap.last_scan;
+  last.X_OB = base.X_OB * submap.X_ML;
+  last.covariance = ComposePlanarCovariance(base.covariance, submap.X_ML, submap.drift);
+  return last;
+}
+
 SubmapBuilder::SubmapBuilder(const SubmapOptions& options, const SensorModelOptions& model,
                              const DriftOptions& drift)
     : options_(options), model_(model), drift_(drift) {}
@@ -88,12 +97,7 @@ SubmapPtr SubmapBuilder::Close() {
 }
 
 void SubmapBuilder::ContinueAfter(const Submap& last) {
-  const OdometrySample& base = last.base.odometry;
-  OdometrySample newest = base;
-  newest.time = last.last_scan;
-  newest.X_OB = base.X_OB * last.X_ML;
-  newest.covariance = ComposePlanarCovariance(base.covariance, last.X_ML, last.drift);
-  previous_ = Tail{last.id(), base, newest};
+  previous_ = Tail{last.id(), last.base.odometry, OdometryAtLastScan(last)};
 }
 
 void SubmapBuilder::Open(const RegisteredScan& registered) {

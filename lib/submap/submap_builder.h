@@ -81,4 +81,6 @@ OdometryEdge MakeOdometryEdge(const SubmapOptions& options, const DriftOptions& 
                               const OdometrySample& from, const OdometrySample& newest,
                               const OdometrySample& to);
 
+OdometrySample OdometryAtLastScan(const Submap& submap);
+
 }  // namespace vog

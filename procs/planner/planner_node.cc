@@ -13,9 +13,9 @@ namespace {
 
 /// How long scans may fail to come before the vehicle stays where it is.
 constexpr Duration kPatience = std::chrono::seconds(5);
-/// The same of the map, in seconds of the bus: MAP_STATUS is told in those, however fast a
-/// simulated vehicle's time goes.
-constexpr int kMapPatience_s = 5;
+/// The same of the map and of POSE, in seconds of the bus: MAP_STATUS is told in those, however
+/// fast a simulated vehicle's time goes, and without POSE that time stands still.
+constexpr int kBusPatience_s = 5;
 
 const char* NameOf(ExplorerState state) {
   switch (state) {
@@ -97,6 +97,7 @@ PlannerNode::PlannerNode(Bus& bus, const PlannerSettings& settings)
   bus.WhenCaughtUp([this] { PlanWithNewestPose(); });
   bus.Every(std::chrono::seconds(1), [this](Time) {
     ++seconds_without_map_;
+    ++seconds_without_pose_;
     if (explorer_.plan() != nullptr) PublishPlan(*explorer_.plan(), newest_pose_);
     PublishMissionStatus(newest_pose_);
     if (pose_version_ != poses_version_) AskForPoses(endpoint_, newest_pose_);
@@ -112,6 +113,8 @@ PlannerNode::PlannerNode(Bus& bus, const PlannerSettings& settings)
     counters["orders"] = orders_;
     counters["refused_orders"] = refused_orders_;
     if (!receiver_.IsComplete()) return std::string("waiting for submaps");
+    if (has_start_ && seconds_without_pose_ >= kBusPatience_s)
+      return std::string("waiting for POSE");
     return explorer_.hold().empty() ? std::string("ok") : "holding: " + explorer_.hold();
   });
 }
@@ -218,6 +221,7 @@ void PlannerNode::OnPose(const pose_estimate_t& message) {
     return;
   }
   newest_pose_ = TimeOf(message.header);
+  seconds_without_pose_ = 0;
   pose_version_ = message.version;
   if (newest_estimate_) ++poses_skipped_;
   newest_estimate_ = {newest_pose_, *X_WB, *X_WO, message.segment,
@@ -231,7 +235,7 @@ bool PlannerNode::MayPlan() const {
   if (receiver_.announced() >= settings_.mission.max_submaps) return true;
   if (receiver_.IsComplete()) return true;
   // Submaps that are on their way come in a moment.
-  return has_start_ && seconds_without_map_ >= kMapPatience_s;
+  return has_start_ && seconds_without_map_ >= kBusPatience_s;
 }
 
 void PlannerNode::PlanWithNewestPose() {
@@ -258,7 +262,7 @@ void PlannerNode::PlanWithNewestPose() {
 
 std::string PlannerNode::ReasonToHold() const {
   if (is_paused_) return "paused";
-  if (seconds_without_map_ >= kMapPatience_s) return "no map";
+  if (seconds_without_map_ >= kBusPatience_s) return "no map";
   if (newest_pose_ - newest_scan_ >= kPatience) return "no sonar";
   return {};
 }

@@ -98,8 +98,8 @@ class PlannerNode {
   int measured_submaps_ = -1;  // When explored_m3_ was measured.
   double explored_m3_ = 0;
   Time newest_pose_, newest_scan_;
-  int seconds_without_map_ =
-      0;  // Of the bus, since the map service told of a map that is all here.
+  // Of the bus: since the map service told of a map that is all here, and since POSE.
+  int seconds_without_map_ = 0, seconds_without_pose_ = 0;
   bool is_paused_ = false;
   std::int64_t orders_ = 0, refused_orders_ = 0;
   std::string refused_;  // Why the last order was not followed.

@@ -230,7 +230,7 @@ TEST_F(PlannerNodeTest, GetsLostSubmapsInTheEnd) {
   const PlannerNode dut(bus, settings_);
   vehicle_.Drive(4 * kScansPerSubmap);
   bench_.RunFor(std::chrono::seconds(40));
-  EXPECT_EQ(bench_.StatusOf("vog-planner").health, "ok");
+  EXPECT_EQ(bench_.StatusOf("vog-planner").health, "waiting for POSE");
   EXPECT_EQ(bench_.CounterOf("vog-planner", "submaps"), 4);
   for (const char* counter : {"map_digest", "poses_version"}) {
     const std::int64_t told = bench_.CounterOf("vog-map-service", counter);

@@ -59,14 +59,16 @@ Mat6 Compose(const Mat6& covariance_WM, const Pose3& X_MB, const Mat6& covarianc
 }  // namespace
 
 SlamNodeSettings SlamNodeSettings::From(const Config& config) {
-  SlamNodeSettings settings{SlamSettings::From(config), config.Read<BusOptions>("bus").run_id};
+  SlamNodeSettings settings{SlamSettings::From(config), config.Read<SubmapOptions>("submap"),
+                            config.Read<DriftOptions>("drift"),
+                            config.Read<BusOptions>("bus").run_id};
   if (config.Read<MissionOptions>("mission").mode == MissionMode::kVogNoLc)
     settings.slam.slam.loop_closures = false;
   return settings;
 }
 
 SlamNode::SlamNode(Bus& bus, const SlamNodeSettings& settings)
-    : settings_(settings.slam),
+    : settings_(settings),
       endpoint_(bus, "vog-slam", settings.run_id),
       slam_(std::make_unique<Slam>(settings.slam)),
       receiver_(endpoint_,
@@ -87,7 +89,7 @@ SlamNode::SlamNode(Bus& bus, const SlamNodeSettings& settings)
 }
 
 void SlamNode::OnReset() {
-  slam_ = std::make_unique<Slam>(settings_);
+  slam_ = std::make_unique<Slam>(settings_.slam);
   waiting_.clear();
   odometry_.clear();
 }
@@ -100,6 +102,8 @@ void SlamNode::OnSubmap(const SubmapPtr& submap) {
     slam_->AddSubmap(next);
     odometry_[next->id()] = next->base.odometry;
     newest_ = std::max(newest_, next->last_scan);
+    if (!last_ || last_->odometry.time < next->last_scan)
+      last_ = Last{AnchorAt(next->id()), OdometryAtLastScan(*next)};
     added = true;
   }
   if (!added) return;
@@ -124,19 +128,41 @@ void SlamNode::OnMapStatus(const map_status_t& status) {
 }
 
 SlamNode::Anchor SlamNode::AnchorAt(SubmapId id) const {
-  return {odometry_.at(id), slam_->X_WM().at(id), slam_->covariances().at(id).of_X_WM};
+  return {odometry_.at(id), slam_->X_WM().at(id), slam_->covariances().at(id).of_X_WM,
+          Mat3::Zero()};
 }
 
-std::optional<SlamNode::Anchor> SlamNode::AnchorFor(std::int64_t segment) const {
+SlamNode::Anchor SlamNode::Beyond(const Anchor& anchor, const OdometryEdge& edge,
+                                  const OdometrySample& odometry) {
+  return {odometry, anchor.X_WM * edge.X_PM,
+          Compose(anchor.covariance_WM, edge.X_PM, edge.covariance),
+          ComposePlanarCovariance(anchor.since, edge.X_PM, PlanarOf(edge.covariance))};
+}
+
+std::optional<SlamNode::Anchor> SlamNode::AnchorFor(const OdometrySample& sample) const {
+  if (const auto base = BaseIn(sample.segment)) return base;
+  return StandInFor(sample);
+}
+
+std::optional<SlamNode::Anchor> SlamNode::BaseIn(std::int64_t segment) const {
   if (!odometry_.empty() && odometry_.rbegin()->second.segment == segment)
     return AnchorAt(odometry_.rbegin()->first);
   if (!open_ || open_->odometry.segment != segment) return std::nullopt;
-  if (open_->id == 0) return Anchor{open_->odometry, open_->odometry.X_OB, Mat6::Zero()};
+  if (open_->id == 0)
+    return Anchor{open_->odometry, open_->odometry.X_OB, Mat6::Zero(), Mat3::Zero()};
   if (!odometry_.count(open_->id - 1)) return std::nullopt;
   const Anchor previous = AnchorAt(open_->id - 1);
   const OdometryEdge& edge = open_->edge;
-  return Anchor{open_->odometry, previous.X_WM * edge.X_PM,
-                Compose(previous.covariance_WM, edge.X_PM, edge.covariance)};
+  return Beyond(previous, edge, open_->odometry);
+}
+
+std::optional<SlamNode::Anchor> SlamNode::StandInFor(const OdometrySample& sample) const {
+  if (!last_) return std::nullopt;
+  const Anchor& old = last_->anchor;
+  if (old.odometry.segment == sample.segment) return old;
+  const OdometryEdge edge =
+      MakeOdometryEdge(settings_.submap, settings_.drift, old.odometry, last_->odometry, sample);
+  return Beyond(old, edge, sample);
 }
 
 void SlamNode::OnNav(const nav_t& message) {
@@ -145,18 +171,19 @@ void SlamNode::OnNav(const nav_t& message) {
     endpoint_.NoteMalformed();
     return;
   }
-  const auto anchor = AnchorFor(sample->segment);
+  const auto anchor = AnchorFor(*sample);
   if (!anchor) return;
+  last_ = Last{*anchor, *sample};
   const Pose3 X_WO = anchor->X_WM * anchor->odometry.X_OB.inverse();
   pose_estimate_t pose{};
   pose.version = version_;
   pose.X_WB = vog::ToMessage(Pose3(X_WO * sample->X_OB));
   pose.segment = sample->segment;
   pose.X_WO = vog::ToMessage(X_WO);
-  const Mat3 since = MotionCovariance(anchor->odometry, *sample);
-  CopyMatrix<3>(since, pose.covariance_xyyaw);
+  const Mat3 moved = MotionCovariance(anchor->odometry, *sample);
   const Pose3 X_MB = Ominus(anchor->odometry.X_OB, sample->X_OB);
-  pose.covariance_WB = vog::ToMessage(Compose(anchor->covariance_WM, X_MB, PlanarTo6(since)));
+  CopyMatrix<3>(ComposePlanarCovariance(anchor->since, X_MB, moved), pose.covariance_xyyaw);
+  pose.covariance_WB = vog::ToMessage(Compose(anchor->covariance_WM, X_MB, PlanarTo6(moved)));
   std::copy_n(message.velocity_B_m_s, 3, pose.velocity_B_m_s);
   pose.yaw_rate_rad_s = message.yaw_rate_rad_s;
   endpoint_.Publish(outputs::kPose, pose, sample->time);

@@ -166,6 +166,34 @@ TEST_F(SlamNodeTest, ANewNavigationSegmentHangsOnTheOpenSubmap) {
   EXPECT_TRUE(FromMessage(poses.back().X_WB)->isApprox(expected, 1e-6));
 }
 
+TEST_F(SlamNodeTest, ANewSegmentWithoutASubmapGoesOnWhereTheVehicleWas) {
+  map_settings_.mission.max_submaps = 2;
+  StartMapService();
+  StartSlam();
+  vehicle_.Drive(2 * kScansPerSubmap + 3);
+  const pose_estimate_t before = bench_.Last(outputs::kPose);
+  vehicle_.segment += 1;
+  bench_.Forget();
+  vehicle_.Drive(4);
+  EXPECT_FALSE(bench_.Last(outputs::kMapStatus).has_open);
+  const auto poses = bench_.Said(outputs::kPose);
+  ASSERT_EQ(poses.size(), 8u) << "with each NAV";
+  const Pose3 first = *FromMessage(poses.front().X_WB);
+  EXPECT_LT((first.translation() - FromMessage(before.X_WB)->translation()).norm(), 0.01);
+  EXPECT_GT(poses.front().covariance_xyyaw[0], before.covariance_xyyaw[0] + 1e-4);
+  EXPECT_GT(poses.front().covariance_WB.upper[0], before.covariance_WB.upper[0] + 1e-4);
+  // From there on by odometry, also for a SLAM that is started then.
+  const Pose3 moved = Ominus(CirclingVehicle::PoseAt(TimeOf(poses.front().header)),
+                             CirclingVehicle::PoseAt(vehicle_.end()));
+  EXPECT_TRUE(FromMessage(poses.back().X_WB)->isApprox(first * moved, 1e-6));
+  StartSlam();
+  bench_.Forget();
+  vehicle_.Drive(15);
+  ASSERT_FALSE(bench_.Said(outputs::kPose).empty());
+  const pose_estimate_t late = bench_.Said(outputs::kPose).front();
+  EXPECT_LT((FromMessage(late.X_WB)->translation() - first.translation()).norm(), 1);
+}
+
 TEST_F(SlamNodeTest, WithoutAMapItTellsNoPose) {
   StartSlam();
   vehicle_.Drive(5);

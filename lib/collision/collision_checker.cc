@@ -14,6 +14,15 @@ constexpr int kPieceSamples = 8;
 
 }  // namespace
 
+bool FreeBubble::Holds(const Vec3& p_W) const {
+  const Vec3 away_m = p_W - center_W_m;
+  if (away_m.norm() >= radius_m) return false;
+  if (away_m.head<2>().norm() < core_radius_m) return true;
+  const double turns = std::atan2(away_m.y(), away_m.x()) / (2 * std::numbers::pi);
+  const int sector = static_cast<int>(std::floor((turns + 1) * kSectors)) % kSectors;
+  return looked[static_cast<std::size_t>(sector)];
+}
+
 CollisionChecker::CollisionChecker(const CollisionRules& rules) : rules_(rules) {}
 
 CollisionChecker CollisionChecker::Scaled(double share) const {
@@ -42,8 +51,7 @@ Eigen::AlignedBox3d CollisionChecker::PresenceBounds() const {
 
 bool CollisionChecker::TakesForFree(bool is_occupied, const Vec3& p_W) const {
   if (is_occupied) return presence_ == Presence::kCoversOccupied && IsInsideHull(p_W);
-  return !rules_.unknown_blocks || IsInsideHull(p_W) ||
-         (p_W - bubble_.center_W_m).norm() < bubble_.radius_m;
+  return !rules_.unknown_blocks || IsInsideHull(p_W) || bubble_.Holds(p_W);
 }
 
 Eigen::AlignedBox3d CollisionChecker::SweptBounds(const OccupancyMap& map, const Waypoint& from,

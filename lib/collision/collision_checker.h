@@ -1,5 +1,7 @@
 #pragma once
 
+#include <bitset>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -21,10 +23,23 @@ struct CollisionRules {
   double max_uncertainty_m = 1;  ///< But not by more than this.
 };
 
-/// A ball in W whose unknown voxels are taken for free.
+/// A ball in W whose unknown voxels are taken for free: those in an upright cylinder in its middle,
+/// and those in directions that were looked into.
 struct FreeBubble {
+  /// Directions seen from above: number s is yaws from s * 2 pi / 72 on.
+  static constexpr int kSectors = 72;
+  using Sectors = std::bitset<kSectors>;
+
   Vec3 center_W_m = Vec3::Zero();
   double radius_m = 0;
+  double core_radius_m = std::numeric_limits<double>::infinity();
+  Sectors looked = {};
+
+  bool Holds(const Vec3& p_W) const;
+  Eigen::AlignedBox3d bounds_W() const {
+    return {center_W_m - Vec3::Constant(radius_m), center_W_m + Vec3::Constant(radius_m)};
+  }
+  bool operator==(const FreeBubble&) const = default;
 };
 
 /// Tests the vehicle's box against a map. The voxels that matter are handed to FCL one by one,
@@ -36,6 +51,7 @@ class CollisionChecker {
   CollisionChecker Scaled(double share) const;
 
   void SetBubble(const FreeBubble& bubble) { bubble_ = bubble; }
+  const FreeBubble& bubble() const { return bubble_; }
   /// Boxes in W that no part of the vehicle, without clearance, may enter.
   void SetKeepOut(std::vector<Eigen::AlignedBox3d> boxes_W) { keep_out_W_ = std::move(boxes_W); }
   const std::vector<Eigen::AlignedBox3d>& keep_out_W() const { return keep_out_W_; }

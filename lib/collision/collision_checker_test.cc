@@ -121,6 +121,30 @@ Situation RandomSituation(Random& random) {
   return s;
 }
 
+TEST(FreeBubbleTest, BeyondItsCoreOnlyWhatWasLookedInto) {
+  FreeBubble bubble;
+  bubble.center_W_m = {1, 2, 3};
+  bubble.radius_m = 1.2;
+  const auto at = [&](double yaw_deg, double away_m, double up_m = 0) {
+    return Vec3(bubble.center_W_m + Vec3(away_m * std::cos(ToRadians(yaw_deg)),
+                                         away_m * std::sin(ToRadians(yaw_deg)), up_m));
+  };
+  for (const double yaw_deg : {-179.0, -90.0, -1.0, 1.0, 44.0, 179.0}) {
+    EXPECT_TRUE(bubble.Holds(at(yaw_deg, 1.19)));
+    EXPECT_FALSE(bubble.Holds(at(yaw_deg, 1.21)));
+    EXPECT_FALSE(bubble.Holds(at(yaw_deg, 0.9, 0.9)));
+  }
+  bubble.core_radius_m = 0.8;
+  bubble.looked.set(8);  // 40 to 45 degrees.
+  EXPECT_TRUE(bubble.Holds(at(44, 1.19)));
+  EXPECT_TRUE(bubble.Holds(at(41, 0.9, -0.5)));
+  EXPECT_FALSE(bubble.Holds(at(44, 1.21)));
+  for (const double yaw_deg : {-179.0, -90.0, -1.0, 1.0, 39.0, 46.0, 179.0}) {
+    EXPECT_FALSE(bubble.Holds(at(yaw_deg, 0.81)));
+    EXPECT_TRUE(bubble.Holds(at(yaw_deg, 0.79, -0.6)));
+  }
+}
+
 TEST(CollisionCheckerTest, AgreesWithEveryVoxelTriedByHand) {
   Random random(1, "collision");
   int free = 0, blocked = 0;

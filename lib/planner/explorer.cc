@@ -2,12 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace vog {
 namespace {
 
 constexpr Duration kCheckPeriod = std::chrono::seconds(1);
 constexpr Duration kLookPeriod = std::chrono::seconds(1);
+/// Beside the fan, what counts as looked into near the start: half the hull's front.
+constexpr double kBubbleBeside_rad = std::numbers::pi / 4;
+constexpr double kBubblePlay_m = 0.15;
 constexpr Duration kPlanTimeout = std::chrono::seconds(60);
 constexpr double kHistoryStep_m = 0.5;
 constexpr double kHistoryStep_rad = 0.5;
@@ -53,7 +57,11 @@ void Explorer::SetRules(const PlannerOptions& options, const ExplorationOptions&
 void Explorer::SetStart(const Vec3& p_W) {
   start_W_ = p_W;
   home_W_ = exploration_.home == HomePlace::kStart ? p_W : exploration_.home_m;
-  checker_.SetBubble({p_W, options_.bubble_radius_m});
+  // Until LookAround() nothing of it is free.
+  bubble_.center_W_m = p_W;
+  bubble_.radius_m = options_.bubble_radius_m;
+  bubble_.core_radius_m = 0;
+  checker_.SetBubble(bubble_);
 }
 
 Random Explorer::NextRandom() {
@@ -128,9 +136,28 @@ void Explorer::EndWith(const std::string& reason, bool goes_home) {
 }
 
 void Explorer::LookAround(const OccupancyMap& map, const Waypoint& at, Time now) {
-  if (state_ != ExplorerState::kExploring || now - looked_at_ < kLookPeriod) return;
+  if (state_ != ExplorerState::kExploring) return;
+  if (looked_at_ && now - *looked_at_ < kLookPeriod) return;
   looked_at_ = now;
   planner_->Look(map, at);
+  LookIntoBubble(map, at);
+}
+
+void Explorer::LookIntoBubble(const OccupancyMap& map, const Waypoint& at) {
+  // A turn must be possible, also a little beside the start.
+  const Eigen::Vector2d turned_m =
+      0.5 * options_.hull_size_m.head<2>() +
+      Eigen::Vector2d::Constant(options_.unknown_clearance_m + 0.5 * map.grid().voxel_size_m());
+  bubble_.core_radius_m = turned_m.norm() + kBubblePlay_m;
+  if ((at.position_W_m - bubble_.center_W_m).norm() < bubble_.core_radius_m) {
+    const double opened_rad = ToRadians(sonar_.fov_deg) / 2 + kBubbleBeside_rad;
+    for (int sector = 0; sector < FreeBubble::kSectors; ++sector) {
+      const double yaw = (sector + 0.5) * 2 * std::numbers::pi / FreeBubble::kSectors;
+      if (std::abs(WrapAngle(yaw - at.yaw_rad)) < opened_rad)
+        bubble_.looked.set(static_cast<std::size_t>(sector));
+    }
+  }
+  checker_.SetBubble(bubble_);
 }
 
 bool Explorer::NeedsPlan(const OccupancyMap& map, const Waypoint& at, Time now) {

@@ -76,6 +76,8 @@ class Explorer {
   bool Hold(const std::string& reason, const Waypoint& at);
   void SpendBudget(const Waypoint& at, Time now, int submaps);
   void LookAround(const OccupancyMap& map, const Waypoint& at, Time now);
+  /// What was looked into of the bubble around the start counts as free from then on.
+  void LookIntoBubble(const OccupancyMap& map, const Waypoint& at);
   bool NeedsPlan(const OccupancyMap& map, const Waypoint& at, Time now);
   bool HasReached(const Waypoint& at) const;
   bool IsBlocked(const OccupancyMap& map, const Waypoint& at) const;
@@ -117,7 +119,9 @@ class Explorer {
   bool is_home_ = false;
   std::optional<Plan> plan_;
   PlanKind kind_ = PlanKind::kHold;
-  Time planned_at_, checked_at_, looked_at_;
+  Time planned_at_, checked_at_;
+  std::optional<Time> looked_at_;
+  FreeBubble bubble_;
   std::optional<Time> started_at_;
   double flown_m_ = 0;
   std::optional<Waypoint> last_at_;

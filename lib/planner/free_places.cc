@@ -147,6 +147,7 @@ void FreePlaces::ReadChanges(const OccupancyMap& map, const CollisionChecker& ch
   const auto changed = revision_ < 0 ? std::nullopt : map.ChangedSince(revision_);
   revision_ = map.revision();
   const Eigen::AlignedBox3d was_hidden_W = std::exchange(hidden_W_, checker.PresenceBounds());
+  const FreeBubble was_bubble = std::exchange(bubble_, checker.bubble());
   std::vector<VoxelBox> boxes;
   std::size_t count = 0;
   const auto add = [&](const Eigen::AlignedBox3d& box_W) {
@@ -160,6 +161,10 @@ void FreePlaces::ReadChanges(const OccupancyMap& map, const CollisionChecker& ch
     for (const Eigen::AlignedBox3d& box_W : *changed) add(box_W);
     add(was_hidden_W);
     add(hidden_W_);
+    if (bubble_ != was_bubble) {
+      add(was_bubble.bounds_W());
+      add(bubble_.bounds_W());
+    }
   }
   if (!changed || count > voxels_.count()) boxes = {voxels_};
   for (const VoxelBox& box : boxes) Read(map, checker, box);

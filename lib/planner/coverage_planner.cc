@@ -7,8 +7,8 @@
 namespace vog {
 namespace {
 
-// Places looked at in one plan: those that are new, and those that may have less than they had.
-constexpr int kNewPlaces = 40, kOldPlaces = 40;
+/// Places looked at in one plan, and those of them that may be new.
+constexpr int kPlaces = 80, kNewPlaces = 40;
 /// Views whose ways are tested in one plan.
 constexpr int kWays = 12;
 /// A view is done with when less than this share of it is left.
@@ -65,6 +65,7 @@ CoveragePlanner::Known& CoveragePlanner::KnownOf(const Reached& reached) {
 }
 
 void CoveragePlanner::LookFrom(const OccupancyMap& map, const Reached& reached) {
+  --looks_left_;
   KnownOf(reached) = {panorama_.Look(map, routes_.PositionOf(reached),
                                      [this](const VoxelKey& key) { return WeightOf(key); }),
                       plans_};
@@ -93,10 +94,9 @@ CoveragePlanner::View CoveragePlanner::BestViewAt(int index, const Waypoint& at)
 void CoveragePlanner::LookAtNewPlaces(const OccupancyMap& map) {
   known_.resize(static_cast<std::size_t>(routes_.free_places().places()) + 1);
   LookFrom(map, routes_.reached().front());
-  int looked = 0;
   for (const Reached& reached : routes_.reached()) {
     if (KnownOf(reached).in_plan >= 0) continue;
-    if (++looked > kNewPlaces) return;
+    if (looks_left_ <= kPlaces - kNewPlaces) return;
     LookFrom(map, reached);
   }
 }
@@ -110,7 +110,6 @@ CoveragePlanner::View CoveragePlanner::FindBest(const OccupancyMap& map, const W
     const View view = BestViewAt(static_cast<int>(i), at);
     if (view.utility > 0) queue.push(view);
   }
-  int looked = 0;
   while (!queue.empty()) {
     const View view = queue.top();
     queue.pop();
@@ -126,7 +125,7 @@ CoveragePlanner::View CoveragePlanner::FindBest(const OccupancyMap& map, const W
       }
       promised = static_cast<float>(gain);
     } else {
-      if (++looked > kOldPlaces) break;
+      if (looks_left_ <= 0) break;
       LookFrom(map, reached);
     }
     const View again = BestViewAt(view.reached, at);
@@ -171,14 +170,14 @@ ViewPlan CoveragePlanner::GoTo(const View& view, const std::vector<Waypoint>& wa
 
 ViewPlan CoveragePlanner::LookForMore(const OccupancyMap& map) {
   ViewPlan plan;
+  plan.outcome = ViewPlan::Outcome::kNothing;
   if (nothing_since_ < 0) nothing_since_ = plans_;
-  int looked = 0;
   for (const Reached& reached : routes_.reached()) {
     if (KnownOf(reached).in_plan >= nothing_since_) continue;
-    if (++looked > kOldPlaces) break;
+    plan.outcome = ViewPlan::Outcome::kLookOn;
+    if (looks_left_ <= 0) break;
     LookFrom(map, reached);
   }
-  plan.outcome = looked > 0 ? ViewPlan::Outcome::kLookOn : ViewPlan::Outcome::kNothing;
   return plan;
 }
 
@@ -200,6 +199,7 @@ ViewPlan CoveragePlanner::GrowTree(const OccupancyMap& map, const CollisionCheck
 ViewPlan CoveragePlanner::Plan(const OccupancyMap& map, const CollisionChecker& checker,
                                const Waypoint& at) {
   ++plans_;
+  looks_left_ = kPlaces;
   routes_.Search(map, checker, at);
   LookAtNewPlaces(map);
   bool was_refused = false;

@@ -68,6 +68,7 @@ class CoveragePlanner final : public ViewPlanner {
   Routes routes_;
   std::vector<Known> known_;  // By place; the last one is the vehicle's.
   int plans_ = 0;
+  int looks_left_ = 0;       // In this plan.
   int nothing_since_ = -1;   // Plan since which none of the places looked at has gained.
   double gain_of_plan_ = 0;  // Of the view that is flown to.
 };

@@ -1,5 +1,6 @@
 """Lock-step missions judged by their metrics, repeated and replayed to the same bytes."""
 
+import itertools
 import re
 import unittest
 
@@ -9,18 +10,21 @@ SUBMAPS = 3 if IS_SANITIZED else 24
 REPEATED = 1 if IS_SANITIZED else 3
 
 
-def write_box(file, half_m):
-    """A closed box around the origin, as ASCII STL."""
-    corners = [(x, y, z) for x in (-half_m, half_m) for y in (-half_m, half_m)
-               for z in (-half_m, half_m)]
+def write_boxes(file, *boxes):
+    """Closed boxes (centre, half side, whether it is a hollow: its surface faces inwards) as ASCII
+    STL."""
     quads = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
-    lines = ["solid box"]
-    for a, b, c, d in quads:
-        for triangle in ((a, b, c), (a, c, d)):
-            lines += ["facet normal 0 0 0", "outer loop"]
-            lines += ["vertex {} {} {}".format(*corners[i]) for i in triangle]
-            lines += ["endloop", "endfacet"]
-    file.write_text("\n".join(lines + ["endsolid box"]) + "\n")
+    lines = ["solid boxes"]
+    for centre_m, half_m, is_hollow in boxes:
+        corners = [tuple(c + half_m * sign for c, sign in zip(centre_m, signs))
+                   for signs in itertools.product((-1, 1), repeat=3)]
+        for a, b, c, d in quads:
+            for triangle in ((a, b, c), (a, c, d)):
+                lines += ["facet normal 0 0 0", "outer loop"]
+                lines += ["vertex {} {} {}".format(*corners[i])
+                          for i in (triangle[::-1] if is_hollow else triangle)]
+                lines += ["endloop", "endfacet"]
+    file.write_text("\n".join(lines + ["endsolid boxes"]) + "\n")
 
 
 class MissionTest(VogTest):
@@ -130,7 +134,7 @@ class RepeatTest(VogTest):
     def test_a_structure_of_ones_own(self):
         folder = self.scratch / "own"
         folder.mkdir()
-        write_box(folder / "box.stl", 1.0)
+        write_boxes(folder / "box.stl", ((0, 0, 0), 1.0, False))
         free = self.fly("free", "--scene", folder / "box.stl")
         self.assertEqual(self.metrics(free)["scene"], "box")
         self.assertEqual(self.metrics(free)["collisions"], 0)
@@ -152,6 +156,52 @@ class RepeatTest(VogTest):
         self.assertEqual(metrics["submaps"], REPEATED)
         self.assertLess(metrics["point_error_m"]["odometry"], 0.5)
         self.assertLess(metrics["rmse_m"]["vog"], 0.2)
+
+
+@unittest.skipIf(IS_SANITIZED, "slow: whole missions")
+class EndTest(VogTest):
+    """Where there is little or nothing to explore a mission ends by itself, and says why."""
+
+    def mission(self, name, boxes, min_m, max_m):
+        write_boxes(self.scratch / f"{name}.stl", *boxes)
+        file = self.scratch / f"{name}.toml"
+        file.write_text(f'include = ["{config("tank")}"]\n[scene]\nkind = "mesh"\n'
+                        f'mesh = "{name}.stl"\n[simulation]\nstart_position_m = [0, 0, 0]\n'
+                        f'[exploration]\nmin_m = {min_m}\nmax_m = {max_m}\n')
+        return file
+
+    def fly(self, name, *mission):
+        out = self.scratch / name
+        self.run_vog("mission", self.mission(name, *mission), "--out", out)
+        metrics = self.metrics(out)
+        self.assertEqual(metrics["end_reason"], "nothing_to_gain")
+        self.assertEqual(metrics["collisions"], 0)
+        return metrics
+
+    def test_nothing_within_the_sonars_range(self):
+        metrics = self.fly("empty", [((40, 0, 0), 1, False)], [-2, -2, -1], [2, 2, 1])
+        self.assertEqual(metrics["coverage"]["surface"], 0)
+        self.assertGreater(metrics["coverage"]["volume"], 0.95)
+
+    def test_a_start_walled_in(self):
+        room = [((0, 0, 0), 1.6, False), ((0, 0, 0), 1.3, True)]
+        metrics = self.fly("enclosed", room, [-3, -3, -1.5], [3, 3, 1.5])
+        self.assertGreater(metrics["coverage"]["surface"], 0.5)
+
+    def test_a_pocket_that_nobody_can_look_into(self):
+        shell = [((2.5, 0, 0), 1, False), ((2.5, 0, 0), 0.8, True)]
+        metrics = self.fly("pocket", shell, [-1.5, -2.2, -1.2], [4, 2.2, 1.2])
+        self.assertGreater(metrics["coverage"]["surface"], 0.6)
+
+    def test_boxes_without_room_or_without_the_vehicle_are_refused(self):
+        block = [((3, 0, 0), 1.5, False)]
+        inside = self.mission("inside", block, [2, -0.8, -0.8], [4, 0.8, 0.8])
+        elsewhere = self.mission("elsewhere", block, [38, -2, -1.5], [42, 2, 1.5])
+        for mission, says in ((inside, "the vehicle fits nowhere into the exploration box"),
+                              (elsewhere, "would start outside of the exploration box")):
+            out = self.scratch / "refused"
+            self.refuse(2, "mission", mission, "--out", out, says=[says])
+            self.assertFalse(out.exists())
 
 
 if __name__ == "__main__":

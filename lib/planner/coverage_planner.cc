@@ -7,8 +7,9 @@
 namespace vog {
 namespace {
 
-/// Places looked at in one plan, and those of them that may be new.
-constexpr int kPlaces = 80, kNewPlaces = 40;
+/// Places looked at in one plan: in all, of them new ones, and how many are kept for the search that
+/// ends the exploration.
+constexpr int kPlaces = 80, kNewPlaces = 30, kLastPlaces = 20;
 /// Views whose ways are tested in one plan.
 constexpr int kWays = 12;
 /// A view is done with when less than this share of it is left.
@@ -125,7 +126,7 @@ CoveragePlanner::View CoveragePlanner::FindBest(const OccupancyMap& map, const W
       }
       promised = static_cast<float>(gain);
     } else {
-      if (looks_left_ <= 0) break;
+      if (looks_left_ <= kLastPlaces) break;
       LookFrom(map, reached);
     }
     const View again = BestViewAt(view.reached, at);

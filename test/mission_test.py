@@ -176,6 +176,10 @@ class EndTest(VogTest):
         metrics = self.metrics(out)
         self.assertEqual(metrics["end_reason"], "nothing_to_gain")
         self.assertEqual(metrics["collisions"], 0)
+        self.assertTrue(metrics["is_home"])
+        unseen = metrics["unseen_voxels"]
+        self.assertLessEqual(0, unseen["looked_at_in_vain"])
+        self.assertLessEqual(unseen["looked_at_in_vain"], unseen["all"])
         return metrics
 
     def test_nothing_within_the_sonars_range(self):
@@ -192,6 +196,7 @@ class EndTest(VogTest):
         shell = [((2.5, 0, 0), 1, False), ((2.5, 0, 0), 0.8, True)]
         metrics = self.fly("pocket", shell, [-1.5, -2.2, -1.2], [4, 2.2, 1.2])
         self.assertGreater(metrics["coverage"]["surface"], 0.6)
+        self.assertGreater(metrics["unseen_voxels"]["all"], 0)
 
     def test_boxes_without_room_or_without_the_vehicle_are_refused(self):
         block = [((3, 0, 0), 1.5, False)]

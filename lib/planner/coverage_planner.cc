@@ -7,8 +7,8 @@
 namespace vog {
 namespace {
 
-/// Places looked at in one plan: in all, of them new ones, and how many are kept for the search that
-/// ends the exploration.
+/// Places looked at in one plan: in all, of them new ones, and how many are kept for the search
+/// that ends the exploration.
 constexpr int kPlaces = 80, kNewPlaces = 30, kLastPlaces = 20;
 /// Views whose ways are tested in one plan.
 constexpr int kWays = 12;
@@ -18,9 +18,7 @@ constexpr double kShareLeft = 0.2;
 constexpr double kCycles = 2;
 
 int LooksInVain(const SonarOptions& sonar) {
-  const double cycle_s =
-      sonar.tilt == TiltMode::kSweep ? 4 * sonar.tilt_amplitude_deg / sonar.tilt_rate_deg_s : 1;
-  return std::clamp(static_cast<int>(std::ceil(kCycles * cycle_s)), 2, 255);
+  return std::clamp(static_cast<int>(std::ceil(kCycles * SweepPeriod_s(sonar))), 2, 255);
 }
 
 }  // namespace

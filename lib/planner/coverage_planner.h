@@ -29,6 +29,7 @@ class CoveragePlanner final : public ViewPlanner {
                 const Waypoint& at) override;
   void Look(const OccupancyMap& map, const Waypoint& at) override;
   bool IsObsolete(const OccupancyMap& map, const std::vector<Waypoint>& path) const override;
+  bool IsInVain(const VoxelKey& key) const override { return looked_at_.IsInVain(key); }
 
  private:
   struct Known {

@@ -258,12 +258,34 @@ bool Explorer::Explore(const OccupancyMap& map, const Waypoint& at) {
     case ViewPlan::Outcome::kNothing:
       break;
   }
+  unseen_ = CountUnseen(map);
   if (mission_.when_done == WhenDone::kRevisit) {
     state_ = ExplorerState::kRevisiting;
   } else {
     EndWith("nothing_to_gain", mission_.when_done == WhenDone::kReturn);
   }
   return false;
+}
+
+Unseen Explorer::CountUnseen(const OccupancyMap& map) const {
+  const VoxelBox box = VoxelsOf(map.grid(), box_W_);
+  std::vector<float> log_odds;
+  map.LogOddsIn(box, log_odds);
+  const auto is_free = [&](std::int32_t x, std::int32_t y, std::int32_t z) {
+    const VoxelKey key{x, y, z};
+    return box.Contains(key) && map.IsFree(log_odds[box.IndexOf(key)]);
+  };
+  Unseen unseen;
+  ForEachVoxel(box, [&](const VoxelKey& key) {
+    if (IsKnown(log_odds[box.IndexOf(key)])) return;
+    const auto& [x, y, z] = key;
+    if (!is_free(x - 1, y, z) && !is_free(x + 1, y, z) && !is_free(x, y - 1, z) &&
+        !is_free(x, y + 1, z) && !is_free(x, y, z - 1) && !is_free(x, y, z + 1))
+      return;
+    ++unseen.voxels;
+    unseen.in_vain += planner_->IsInVain(key);
+  });
+  return unseen;
 }
 
 bool Explorer::ReturnHome(const OccupancyMap& map, const Waypoint& at) {

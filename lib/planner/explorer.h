@@ -22,6 +22,12 @@ struct Plan {
   int best = -1;  ///< Node that the best branch ends in.
 };
 
+/// What the exploration leaves: unknown voxels of its box that have a free one beside them.
+struct Unseen {
+  std::int64_t voxels = 0;
+  std::int64_t in_vain = 0;  ///< Of these, looked at for so long that they cannot be seen.
+};
+
 enum class ExplorerState { kExploring, kRevisiting, kReturning, kFinished };
 
 /// The exploration as a machine that is told poses and says where to go: it asks a planner of views
@@ -56,6 +62,8 @@ class Explorer {
   const std::string& end_reason() const { return end_reason_; }
   /// Why it stays where it is, as Update() was told; empty while it does not.
   const std::string& hold() const { return hold_; }
+  /// What was left when nothing was left to gain; nothing before, and after other ends.
+  const Unseen& unseen() const { return unseen_; }
   /// Whether the vehicle has come home in the end.
   bool is_home() const { return is_home_; }
 
@@ -99,6 +107,7 @@ class Explorer {
 
   void SetPlan(std::vector<Waypoint> path, PlanKind kind, std::vector<TreeNode> tree = {},
                int best = -1);
+  Unseen CountUnseen(const OccupancyMap& map) const;
   void Finish(const Waypoint& at);
   void Remember(const Waypoint& at);
   Random NextRandom();
@@ -116,6 +125,7 @@ class Explorer {
   ExplorerState state_ = ExplorerState::kExploring;
   std::string end_reason_, hold_;
   std::optional<Vec3> start_W_, home_W_;
+  Unseen unseen_;
   bool is_home_ = false;
   std::optional<Plan> plan_;
   PlanKind kind_ = PlanKind::kHold;

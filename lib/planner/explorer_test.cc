@@ -283,6 +283,22 @@ TEST_F(CoverageTest, ExploresAClosedRoomAndComesHome) {
   EXPECT_EQ(explorer_->state(), ExplorerState::kFinished);
   EXPECT_EQ(explorer_->end_reason(), "nothing_to_gain");
   EXPECT_LT(UnknownShare(), 0.02);
+  // What is left: nothing but voxels in corners, and those that were hidden.
+  int unseen = 0;
+  ForEachVoxel(VoxelsOf(truth_.grid(), ChamberBox()), [&](const VoxelKey& key) {
+    if (IsKnown(known_.Get(key))) return;
+    bool is_beside_free = false;
+    for (const auto& [dx, dy, dz] :
+         {std::array{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}) {
+      const VoxelKey beside{key.x + dx, key.y + dy, key.z + dz};
+      is_beside_free |= VoxelsOf(truth_.grid(), ChamberBox()).Contains(beside) &&
+                        known_.IsFree(known_.Get(beside));
+    }
+    unseen += is_beside_free;
+  });
+  EXPECT_NEAR(static_cast<double>(explorer_->unseen().voxels), unseen, 0.1 * unseen + 5)
+      << "but for what the way home showed";
+  EXPECT_LE(explorer_->unseen().in_vain, explorer_->unseen().voxels);
   EXPECT_TRUE(explorer_->is_home());
   EXPECT_LT(ToStart_m(), 0.51);
   EXPECT_EQ(Update(100), nullptr);
@@ -434,6 +450,7 @@ TEST_F(CoverageTest, DoesNotLookForEverForWhatCannotBeSeen) {
     known_.Fill(murky, kUnknownLogOdds);
   }
   EXPECT_EQ(explorer_->end_reason(), "nothing_to_gain");
+  EXPECT_GT(explorer_->unseen().in_vain, 20);
 }
 
 TEST_F(CoverageTest, EndsWhereThereIsNothing) {

@@ -38,6 +38,8 @@ class ViewPlanner {
   virtual bool IsObsolete(const OccupancyMap&, const std::vector<Waypoint>& /*path*/) const {
     return false;
   }
+  /// Whether the voxel was looked at for so long that it will stay unknown.
+  virtual bool IsInVain(const VoxelKey&) const { return false; }
   /// The vehicle has gone another way than planned.
   virtual void Forget() {}
 };

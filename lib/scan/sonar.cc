@@ -23,6 +23,12 @@ Pose3 SonarPose(const SonarOptions& options, double tilt_rad) {
   return MakePose(options.mount_m, {0, -tilt_rad, 0});
 }
 
+double SweepPeriod_s(const SonarOptions& options) {
+  return options.tilt == TiltMode::kFixed
+             ? 0
+             : 4 * options.tilt_amplitude_deg / options.tilt_rate_deg_s;
+}
+
 double TiltAt(const SonarOptions& options, Time time) {
   if (options.tilt == TiltMode::kFixed || options.tilt_amplitude_deg == 0) return 0;
   // In quarters of a period: up from 0 to 1, down to -1 at 3, up again to 0 at 4.

@@ -54,6 +54,9 @@ Vec3 BeamDirection(double bearing_rad);
 /// X_BS when the fan points `tilt_rad` above the level.
 Pose3 SonarPose(const SonarOptions& options, double tilt_rad);
 
+/// Of the servo, up and down and back; 0 where it does not sweep.
+double SweepPeriod_s(const SonarOptions& options);
+
 /// The servo's angle at `time`, up positive: level, or a triangle wave that starts level and
 /// upwards.
 double TiltAt(const SonarOptions& options, Time time);

@@ -336,6 +336,8 @@ void PlannerNode::PublishMissionStatus(Time time) {
   status.refused = refused_;
   status.plans = explorer_.plan() != nullptr ? explorer_.plan()->id : 0;
   status.submaps = std::max(0, receiver_.announced());
+  status.unseen_voxels = explorer_.unseen().voxels;
+  status.unseen_in_vain = explorer_.unseen().in_vain;
   status.explored_m3 = explored_m3_;
   endpoint_.Publish(outputs::kMissionStatus, status, time);
 }

@@ -255,6 +255,7 @@ void ViewModel::PostMission(Time time) {
                    {"hold", mission_->hold},
                    {"end_reason", mission_->end_reason},
                    {"home", mission_->is_home != 0},
+                   {"unseen", {mission_->unseen_voxels, mission_->unseen_in_vain}},
                    {"refused", mission_->refused},
                    {"plans", mission_->plans},
                    {"explored_m3", mission_->explored_m3}});

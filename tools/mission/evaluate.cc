@@ -383,6 +383,9 @@ nlohmann::ordered_json EvaluateRun(const std::filesystem::path& folder) {
   metrics["planner"] = NameOf(PlannerKindNames(), run.planner.kind);
   metrics["seed"] = run.record.seed;
   metrics["end_reason"] = run.record.end_reason;
+  metrics["is_home"] = run.record.is_home;
+  metrics["unseen_voxels"] = {{"all", run.record.unseen_voxels},
+                              {"looked_at_in_vain", run.record.unseen_in_vain}};
   metrics["submaps"] = run.map.submaps.size();
   metrics["scans"] = trajectories.truth.size();
   metrics["vehicle_time_s"] = run.record.end_time_s;

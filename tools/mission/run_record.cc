@@ -66,6 +66,9 @@ class Recorder {
   void OnStatus(const mission_status_t& status) {
     if (status.state != "finished" || !record_.end_reason.empty()) return;
     record_.end_reason = status.end_reason;
+    record_.is_home = status.is_home != 0;
+    record_.unseen_voxels = status.unseen_voxels;
+    record_.unseen_in_vain = status.unseen_in_vain;
     record_.end_time_s = ToSeconds(TimeOf(status.header));
   }
 

@@ -29,7 +29,9 @@ struct RunRecord {
   Trajectory truth;            ///< Everything the simulator told.
   double end_time_s = 0;
   std::string end_reason;
-  std::vector<SubmapPlace> places;  ///< Of the newest solution.
+  bool is_home = false;
+  std::int64_t unseen_voxels = 0, unseen_in_vain = 0;  ///< As in MISSION_STATUS.
+  std::vector<SubmapPlace> places;                     ///< Of the newest solution.
   int full_closures = 0, partial_closures = 0, rejected_closures = 0;
 };
 

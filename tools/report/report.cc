@@ -52,6 +52,10 @@ std::string LeadHtml(const RunFolder& run) {
   const std::string end_reason = TextAt(run.metrics, "/end_reason");
   if (!planner.empty()) text += "Planner " + planner + ". ";
   if (!end_reason.empty()) text += "Ended: " + end_reason + ". ";
+  if (const auto unseen = NumberAt(run.metrics, "/unseen_voxels/all"); unseen.value_or(0) > 0)
+    text += "Left unseen beside free water: " + ToText(*unseen) + " voxels, " +
+            ToText(NumberAt(run.metrics, "/unseen_voxels/looked_at_in_vain").value_or(0)) +
+            " of them looked at in vain; the others no place within reach shows well. ";
   if (!run.program_version.empty()) text += "Vogmap " + run.program_version + ".";
   return "<p class=\"lead\">" + EscapeHtml(text) + "</p>\n";
 }

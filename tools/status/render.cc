@@ -170,6 +170,8 @@ nlohmann::ordered_json RenderJson(const SystemView& view, Time now) {
                        {"end_reason", mission->message.end_reason},
                        {"plans", mission->message.plans},
                        {"submaps", mission->message.submaps},
+                       {"unseen_voxels", mission->message.unseen_voxels},
+                       {"unseen_in_vain", mission->message.unseen_in_vain},
                        {"explored_m3", mission->message.explored_m3},
                        {"age_s", AgeOf(mission->time, now)}};
   if (const auto& map = view.map())

@@ -32,6 +32,8 @@ export function showFacts(list, store) {
     tell('State', reason ? `${mission.state}: ${reason}` : mission.state);
     tell('Holds', mission.hold);
     tell('Home', mission.home && 'yes');
+    const [unseen, inVain] = mission.unseen ?? [0, 0];
+    tell('Left unseen', unseen && `${unseen} voxels, ${inVain} looked at in vain`);
     tell('Order refused', mission.refused);
   }
   if (poses || mission) {

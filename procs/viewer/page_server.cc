@@ -98,7 +98,8 @@ class PageServer::Client : public std::enable_shared_from_this<Client> {
       self->server_.counts.clients = static_cast<std::int64_t>(self->server_.clients.size());
       self->hello_timer_.expires_after(kHelloTimeout);
       self->hello_timer_.async_wait([self](error_code cancelled) {
-        if (!cancelled && !self->is_welcome_) self->Close(kWrongToken);
+        // A slow page may come again; it has shown no wrong token.
+        if (!cancelled && !self->is_welcome_) self->Close(websocket::close_code::try_again_later);
       });
       self->Read();
     });

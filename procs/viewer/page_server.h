@@ -18,9 +18,10 @@ namespace vog {
 /// It has no thread: all happens in Poll() and Wait().
 ///
 /// A client's first message is {"k":"hello","token":...}; who does not know the token is closed
-/// with code 4401. It is then sent {"k":"welcome","operators":...}, all frames of the board, and
-/// what changes; {"k":"reset"} says that all before is void. Browsers reach it from this server's
-/// own page alone (Origin), and under loopback's names alone while it is bound there (Host).
+/// with code 4401, who says nothing for 10 s with 1013. It is then sent
+/// {"k":"welcome","operators":...}, all frames of the board, and what changes; {"k":"reset"} says
+/// that all before is void. Browsers reach it from this server's own page alone (Origin), and under
+/// loopback's names alone while it is bound there (Host).
 class PageServer {
  public:
   /// Handles a client's message and returns what to answer, in order; never called for a client

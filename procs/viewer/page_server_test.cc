@@ -143,6 +143,17 @@ TEST_F(PageServerTest, WithoutTheTokenNothingIsToldOrDone) {
   EXPECT_EQ(client->Hear(), "secret");
 }
 
+TEST_F(PageServerTest, WhoSaysNothingMayComeAgain) {
+  options_.token = kToken;
+  auto silent = Connect();
+  ASSERT_TRUE(silent->Upgrade());
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while (silent->close_code == 0 && std::chrono::steady_clock::now() < end)
+    EXPECT_EQ(silent->Hear(), std::nullopt);
+  EXPECT_EQ(silent->close_code, 1013) << "4401 would keep the page from trying again";
+  EXPECT_EQ(Dut().counts().refused, 0);
+}
+
 TEST_F(PageServerTest, QuestionsAreAnsweredToWhoAsksBeforeAnythingElse) {
   auto asker = Listen();
   auto other = Listen();

@@ -23,7 +23,7 @@ class Page:
         """The value of a JavaScript expression in the page."""
         return self.browser.tell("run", page=self.number, script=script)
 
-    def wait(self, script, timeout_s=60):
+    def wait(self, script, timeout_s=180):
         """Until a JavaScript expression is true."""
         self.browser.tell("wait", page=self.number, script=script, timeout_s=timeout_s)
 

@@ -21,7 +21,7 @@ DRAWN = ("Object.fromEntries([...vogmap.scene.clouds].filter(([, cloud]) => clou
          ".map(([id, cloud]) => [id, cloud.matrix.elements.slice(12, 15)]))")
 
 
-def is_open(page, timeout_s=60):
+def is_open(page, timeout_s=180):
     page.wait("window.vogmap?.connection.state === 'open'", timeout_s)
 
 

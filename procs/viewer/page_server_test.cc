@@ -147,8 +147,7 @@ TEST_F(PageServerTest, WhoSaysNothingMayComeAgain) {
   options_.token = kToken;
   auto silent = Connect();
   ASSERT_TRUE(silent->Upgrade());
-  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-  while (silent->close_code == 0 && std::chrono::steady_clock::now() < end)
+  for (int i = 0; i < 100000 && silent->close_code == 0; ++i)
     EXPECT_EQ(silent->Hear(), std::nullopt);
   EXPECT_EQ(silent->close_code, 1013) << "4401 would keep the page from trying again";
   EXPECT_EQ(Dut().counts().refused, 0);

@@ -168,13 +168,13 @@ TEST(FramesTest, AGraphsEdgesTellKindReasonAndFreeDirections) {
   EXPECT_EQ(dut.Take<double>(), 2);
   EXPECT_EQ(dut.Take<std::uint32_t>(), 3u);
   EXPECT_EQ(dut.Take<std::uint32_t>(), 9u);
-  EXPECT_EQ(dut.Take<std::uint8_t>(), graph_edge_t::PARTIAL_CLOSURE);
+  EXPECT_EQ(dut.Take<std::uint8_t>(), int{graph_edge_t::PARTIAL_CLOSURE});
   EXPECT_EQ(dut.Take<std::uint8_t>(), 5);
   EXPECT_EQ(dut.Take<std::uint16_t>(), 0);
   EXPECT_EQ(dut.Take<float>(), 1.5f);
   EXPECT_NEAR(std::abs(dut.TakeVector().dot(along)), 1, 1e-5);
   EXPECT_TRUE(dut.TakeVector().isZero());
-  for (const int kind : {graph_edge_t::REJECTED_CLOSURE, graph_edge_t::FULL_CLOSURE}) {
+  for (const int kind : {int{graph_edge_t::REJECTED_CLOSURE}, int{graph_edge_t::FULL_CLOSURE}}) {
     dut.Take<double>();
     EXPECT_EQ(dut.Take<std::uint8_t>(), kind);
     dut.Take<std::uint8_t>();

@@ -14,6 +14,14 @@ constexpr int kPieceSamples = 8;
 
 }  // namespace
 
+void FreeBubble::LookInto(double yaw_rad, double beside_rad) {
+  for (int sector = 0; sector < kSectors; ++sector) {
+    const double middle_rad = (sector + 0.5) * 2 * std::numbers::pi / kSectors;
+    if (std::abs(WrapAngle(middle_rad - yaw_rad)) < beside_rad)
+      looked.set(static_cast<std::size_t>(sector));
+  }
+}
+
 bool FreeBubble::Holds(const Vec3& p_W) const {
   const Vec3 away_m = p_W - center_W_m;
   if (away_m.norm() >= radius_m) return false;

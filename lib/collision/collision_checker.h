@@ -35,6 +35,8 @@ struct FreeBubble {
   double core_radius_m = std::numeric_limits<double>::infinity();
   Sectors looked = {};
 
+  /// Notes that the directions whose middles are within `beside_rad` of a yaw were looked into.
+  void LookInto(double yaw_rad, double beside_rad);
   bool Holds(const Vec3& p_W) const;
   Eigen::AlignedBox3d bounds_W() const {
     return {center_W_m - Vec3::Constant(radius_m), center_W_m + Vec3::Constant(radius_m)};

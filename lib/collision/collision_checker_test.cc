@@ -135,7 +135,8 @@ TEST(FreeBubbleTest, BeyondItsCoreOnlyWhatWasLookedInto) {
     EXPECT_FALSE(bubble.Holds(at(yaw_deg, 0.9, 0.9)));
   }
   bubble.core_radius_m = 0.8;
-  bubble.looked.set(8);  // 40 to 45 degrees.
+  bubble.LookInto(ToRadians(41), ToRadians(3));  // Of the sectors, that from 40 to 45 degrees.
+  EXPECT_EQ(bubble.looked.count(), 1u);
   EXPECT_TRUE(bubble.Holds(at(44, 1.19)));
   EXPECT_TRUE(bubble.Holds(at(41, 0.9, -0.5)));
   EXPECT_FALSE(bubble.Holds(at(44, 1.21)));

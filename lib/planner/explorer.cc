@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <set>
+
+#include "lib/occupancy/frontiers.h"
 
 namespace vog {
 namespace {
@@ -37,6 +40,7 @@ Explorer::Explorer(const PlannerOptions& options, const MotionLimits& limits,
                    const ExplorationOptions& exploration, const SonarOptions& sonar,
                    const MissionOptions& mission)
     : limits_(limits), sonar_(sonar), mission_(mission), checker_(options.collision_rules()) {
+  bubble_.core_radius_m = 0;  // Until LookIntoBubble() nothing of it is free.
   SetRules(options, exploration);
 }
 
@@ -57,10 +61,8 @@ void Explorer::SetRules(const PlannerOptions& options, const ExplorationOptions&
 void Explorer::SetStart(const Vec3& p_W) {
   start_W_ = p_W;
   home_W_ = exploration_.home == HomePlace::kStart ? p_W : exploration_.home_m;
-  // Until LookAround() nothing of it is free.
   bubble_.center_W_m = p_W;
   bubble_.radius_m = options_.bubble_radius_m;
-  bubble_.core_radius_m = 0;
   checker_.SetBubble(bubble_);
 }
 
@@ -149,14 +151,8 @@ void Explorer::LookIntoBubble(const OccupancyMap& map, const Waypoint& at) {
       0.5 * options_.hull_size_m.head<2>() +
       Eigen::Vector2d::Constant(options_.unknown_clearance_m + 0.5 * map.grid().voxel_size_m());
   bubble_.core_radius_m = turned_m.norm() + kBubblePlay_m;
-  if ((at.position_W_m - bubble_.center_W_m).norm() < bubble_.core_radius_m) {
-    const double opened_rad = ToRadians(sonar_.fov_deg) / 2 + kBubbleBeside_rad;
-    for (int sector = 0; sector < FreeBubble::kSectors; ++sector) {
-      const double yaw = (sector + 0.5) * 2 * std::numbers::pi / FreeBubble::kSectors;
-      if (std::abs(WrapAngle(yaw - at.yaw_rad)) < opened_rad)
-        bubble_.looked.set(static_cast<std::size_t>(sector));
-    }
-  }
+  if ((at.position_W_m - bubble_.center_W_m).norm() < bubble_.core_radius_m)
+    bubble_.LookInto(at.yaw_rad, ToRadians(sonar_.fov_deg) / 2 + kBubbleBeside_rad);
   checker_.SetBubble(bubble_);
 }
 
@@ -205,8 +201,11 @@ void Explorer::MakePlan(const OccupancyMap& map, const Waypoint& at) {
   if (state_ == ExplorerState::kRevisiting) found = Revisit(map, at);
   if (state_ == ExplorerState::kReturning) found = ReturnHome(map, at);
   if (state_ == ExplorerState::kFinished) return;
-  if (found) failures_ = 0;
-  if (found || BackOut(map, at)) return;
+  if (found) {
+    failures_ = 0;
+    return;
+  }
+  if (BackOut(map, at)) return;
   if (++failures_ <= kMaxFailures) {
     if (Escape(map, at)) return;
     SetPlan({at}, PlanKind::kHold);  // The next scans may clear what is in the way.
@@ -269,22 +268,19 @@ bool Explorer::Explore(const OccupancyMap& map, const Waypoint& at) {
 
 Unseen Explorer::CountUnseen(const OccupancyMap& map) const {
   const VoxelBox box = VoxelsOf(map.grid(), box_W_);
-  std::vector<float> log_odds;
-  map.LogOddsIn(box, log_odds);
-  const auto is_free = [&](std::int32_t x, std::int32_t y, std::int32_t z) {
-    const VoxelKey key{x, y, z};
-    return box.Contains(key) && map.IsFree(log_odds[box.IndexOf(key)]);
-  };
+  std::set<VoxelKey> beside;
+  for (const auto& [x, y, z] : FrontiersIn(map, box))
+    beside.insert(
+        {{x - 1, y, z}, {x + 1, y, z}, {x, y - 1, z}, {x, y + 1, z}, {x, y, z - 1}, {x, y, z + 1}});
+  const std::vector<VoxelKey> voxels(beside.begin(), beside.end());
+  std::vector<float> log_odds(voxels.size());
+  map.LogOddsOf(voxels, log_odds);
   Unseen unseen;
-  ForEachVoxel(box, [&](const VoxelKey& key) {
-    if (IsKnown(log_odds[box.IndexOf(key)])) return;
-    const auto& [x, y, z] = key;
-    if (!is_free(x - 1, y, z) && !is_free(x + 1, y, z) && !is_free(x, y - 1, z) &&
-        !is_free(x, y + 1, z) && !is_free(x, y, z - 1) && !is_free(x, y, z + 1))
-      return;
+  for (std::size_t i = 0; i < voxels.size(); ++i) {
+    if (IsKnown(log_odds[i]) || !box.Contains(voxels[i])) continue;
     ++unseen.voxels;
-    unseen.in_vain += planner_->IsInVain(key);
-  });
+    unseen.in_vain += planner_->IsInVain(voxels[i]);
+  }
   return unseen;
 }
 

@@ -59,7 +59,7 @@ class ExplorerTest : public testing::Test {
     return plans;
   }
 
-  const GridMap truth_ = Chamber();
+  GridMap truth_ = Chamber();
   SonarOptions sonar_ = WideSonar();
   PlannerOptions options_ = SmallPlanner();
   ExplorationOptions exploration_;
@@ -394,23 +394,16 @@ TEST_F(CoverageTest, EndsAsItIsTold) {
 TEST_F(CoverageTest, DoesNotMoveBlindlyAroundTheStart) {
   // Nothing is known but what is seen from the start; a pole stands right behind.
   options_.bubble_radius_m = 1.4;
+  const VoxelKey pole = truth_.grid().KeyOf(kStart.position_W_m - Vec3(0.7, 0, 0));
+  truth_.Fill({{pole.x, pole.y, -6}, {pole.x, pole.y, 5}}, GridMap::kOccupied);
   Restart();
-  GridMap truth = truth_;
-  const VoxelKey pole = truth.grid().KeyOf(kStart.position_W_m - Vec3(0.7, 0, 0));
-  truth.Fill({{pole.x, pole.y, -6}, {pole.x, pole.y, 5}}, GridMap::kOccupied);
-  const auto is_clear = [&](const Waypoint& from, const Waypoint& to) {
-    CollisionRules bare = options_.collision_rules();
-    bare.clearance_m = bare.unknown_clearance_m = 0;
-    return CollisionChecker(bare).IsEdgeFree(truth, from, to);
-  };
-  known_ = GridMap(kChamberVoxel_m);
   double farthest_m = 0;
   for (int i = 0; i < 200 && explorer_->state() == ExplorerState::kExploring; ++i) {
-    Look(truth, sonar_, at_.X_WB(), known_);
+    Look(truth_, sonar_, at_.X_WB(), known_);
     const Plan* plan = Update(1);
     if (plan == nullptr) continue;
     for (std::size_t leg = 0; leg + 1 < plan->path.size(); ++leg)
-      EXPECT_TRUE(is_clear(plan->path[leg], plan->path[leg + 1])) << "plan " << plan->id;
+      EXPECT_TRUE(IsTrulyFree(plan->path[leg], plan->path[leg + 1])) << "plan " << plan->id;
     at_ = plan->path.back();
     farthest_m = std::max(farthest_m, ToStart_m());
   }

@@ -161,10 +161,7 @@ void FreePlaces::ReadChanges(const OccupancyMap& map, const CollisionChecker& ch
     for (const Eigen::AlignedBox3d& box_W : *changed) add(box_W);
     add(was_hidden_W);
     add(hidden_W_);
-    if (bubble_ != was_bubble) {
-      add(was_bubble.bounds_W());
-      add(bubble_.bounds_W());
-    }
+    if (bubble_ != was_bubble) add(bubble_.bounds_W().merged(was_bubble.bounds_W()));
   }
   if (!changed || count > voxels_.count()) boxes = {voxels_};
   for (const VoxelBox& box : boxes) Read(map, checker, box);

@@ -154,8 +154,7 @@ struct PlannerOptions {
     v("max_uncertainty_m", max_uncertainty_m, Between(0, 10), "but not by more than this");
     v("bubble_radius_m", bubble_radius_m, Between(0, 100),
       "unknown space taken for free at the start: what a turn on the spot needs, and the rest "
-      "where "
-      "the sonar has looked");
+      "where the sonar has looked");
     v("goal_tolerance_m", goal_tolerance_m, Between(0.01, 5), "an edge is done this near its end");
     v("goal_tolerance_rad", goal_tolerance_rad, Between(0.01, 3), "and turned this near to it");
   }

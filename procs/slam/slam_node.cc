@@ -151,9 +151,7 @@ std::optional<SlamNode::Anchor> SlamNode::BaseIn(std::int64_t segment) const {
   if (open_->id == 0)
     return Anchor{open_->odometry, open_->odometry.X_OB, Mat6::Zero(), Mat3::Zero()};
   if (!odometry_.count(open_->id - 1)) return std::nullopt;
-  const Anchor previous = AnchorAt(open_->id - 1);
-  const OdometryEdge& edge = open_->edge;
-  return Beyond(previous, edge, open_->odometry);
+  return Beyond(AnchorAt(open_->id - 1), open_->edge, open_->odometry);
 }
 
 std::optional<SlamNode::Anchor> SlamNode::StandInFor(const OdometrySample& sample) const {

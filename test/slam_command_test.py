@@ -2,11 +2,15 @@
 
 import json
 import math
+import os
+import pathlib
 import random
+import statistics
 import unittest
 
-from vog_testing import IS_SANITIZED, VogTest, config, vog
+from vog_testing import IS_SANITIZED, ROOT, VogTest, config, vog
 
+REAL_SUBMAPS = pathlib.Path(os.environ.get("VOG_SHARED_DATA", ROOT / "../shared/data")) / "submaps/data"
 SUBMAPS = 3 if IS_SANITIZED else 16
 
 
@@ -160,6 +164,66 @@ class RegisterTest(VogTest):
         self.refuse(2, "register", cloud, self.scratch / "none.pcd", says=["none.pcd"])
         self.refuse(2, "register", cloud, cloud, "--initial", *"0 0 0 0 0 0 0".split(),
                     says=["--initial"])
+
+
+def rotated(pose, point):
+    """A point in the frame in which x y z qx qy qz qw is the pose of its own."""
+    x, y, z, qx, qy, qz, qw = pose
+    px, py, pz = point
+    # q p q^-1 = p + 2 qw (v x p) + 2 v x (v x p)
+    tx, ty, tz = (2 * (qy * pz - qz * py), 2 * (qz * px - qx * pz), 2 * (qx * py - qy * px))
+    return (x + px + qw * tx + qy * tz - qz * ty, y + py + qw * ty + qz * tx - qx * tz,
+            z + pz + qw * tz + qx * ty - qy * tx)
+
+
+def near(a, b, farthest=1.0):
+    """Distances from every fifth point of a to the nearest of b, where that is not farther."""
+    cells = {}
+    for point in b:
+        cells.setdefault(tuple(math.floor(c / farthest) for c in point), []).append(point)
+    for point in a[::5]:
+        i, k, m = (math.floor(c / farthest) for c in point)
+        least = min((math.dist(point, other) for x in (i - 1, i, i + 1) for y in (k - 1, k, k + 1)
+                     for z in (m - 1, m, m + 1) for other in cells.get((x, y, z), ())),
+                    default=math.inf)
+        yield min(least, farthest)
+
+
+@unittest.skipIf(IS_SANITIZED, "slow")
+@unittest.skipUnless(REAL_SUBMAPS.is_dir(), "needs the recordings")
+class RealSubmapsTest(VogTest):
+    """Five submaps of a ship's stern from a real sonar, at dead-reckoned poses."""
+
+    OVERLAPPING = (0, 4), (1, 3), (1, 2), (2, 3)
+
+    def clouds(self):
+        for number in range(5):
+            text = (REAL_SUBMAPS / f"{number}.pcd").read_text().split("DATA ascii\n")[1]
+            rows = ([float(value) for value in line.split()[:3]] for line in text.splitlines())
+            yield [(x, -y, -z) for x, y, z in rows]
+
+    def between(self, clouds, poses):
+        """Median distances between the clouds that overlap, both ways; those of a metre and more
+        count as a metre."""
+        placed = [[rotated(pose, point) for point in cloud]
+                  for cloud, pose in zip(clouds, poses, strict=True)]
+        return {pair: statistics.median([*near(placed[pair[0]], placed[pair[1]]),
+                                         *near(placed[pair[1]], placed[pair[0]])])
+                for pair in self.OVERLAPPING}
+
+    def test_slam_makes_no_pair_of_them_worse(self):
+        made = self.scratch / "map"
+        self.run_vog("map", "build", REAL_SUBMAPS, "--z-down", "--out", made)
+        slam = lambda *sets: json.loads(self.run_vog("slam", made, "--json", *sets))
+        odometry = slam("--set", "slam.loop_closures=false")
+        result = slam("--set", "registration.freedom=full")
+        self.assertGreaterEqual(result["full"] + result["partial"], 1)
+        clouds = list(self.clouds())
+        before = self.between(clouds, [pose["X_WM"] for pose in odometry["poses"]])
+        after = self.between(clouds, [pose["X_WM"] for pose in result["poses"]])
+        for pair in self.OVERLAPPING:
+            self.assertLessEqual(after[pair], before[pair] + 0.001, pair)
+        self.assertLess(after[1, 3], 0.9 * before[1, 3])
 
 
 if __name__ == "__main__":

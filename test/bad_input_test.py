@@ -62,6 +62,12 @@ class BadInputTest(VogTest):
         self.refuse_mission(PROPELLER, "--set", "exploration.min_m=[9,-3.5,-1.75]",
                             says=["exploration.max_m"])
 
+    def test_navigation_that_nobody_would_hear(self):
+        self.refuse_mission(PROPELLER, "--set", "navigation.source=instruments",
+                            says=["simulation.navigation"])
+        self.refuse_mission(PROPELLER, "--set", "simulation.navigation=sensors",
+                            says=["navigation.source"])
+
     def test_arguments(self):
         self.refuse(2, says=["--help"])
         self.refuse(2, "nosuch", says=["--help"])

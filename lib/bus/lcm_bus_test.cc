@@ -211,16 +211,20 @@ TEST_F(LcmBusTest, AUrlThatLcmCannotOpenIsTold) {
 /// Runs a process as main() would, and keeps what it says.
 class ProcessTest : public LcmBusTest {
  protected:
-  int Run(std::vector<std::string> arguments) {
+  int Call(std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), "vog-test");
     std::vector<char*> argv;
     for (std::string& argument : arguments) argv.push_back(argument.data());
+    return RunProcess({"vog-test", "Tests a process."}, static_cast<int>(argv.size()), argv.data(),
+                      [this](LcmBus& bus, const Config& config) {
+                        return start_ ? start_(bus, config) : nullptr;
+                      });
+  }
+
+  int Run(std::vector<std::string> arguments) {
     testing::internal::CaptureStderr();
     testing::internal::CaptureStdout();
-    const int status = RunProcess({"vog-test", "Tests a process."}, static_cast<int>(argv.size()),
-                                  argv.data(), [this](LcmBus& bus, const Config& config) {
-                                    return start_ ? start_(bus, config) : nullptr;
-                                  });
+    const int status = Call(std::move(arguments));
     out_ = testing::internal::GetCapturedStdout();
     error_ = testing::internal::GetCapturedStderr();
     return status;
@@ -296,6 +300,26 @@ TEST_F(ProcessTest, RunsItsNodeUntilASignalAndSendsWhatStillWaits) {
   EXPECT_TRUE(node.expired());
   EXPECT_TRUE(RunUntil(*there_, [&] { return heard == 5; }));
   EXPECT_EQ(error_, "");
+}
+
+// After the others: a signal is remembered.
+TEST_F(ProcessTest, ASecondOneOnTheSameBusDoesNotStart) {
+  const std::string file = Write("");
+  const auto on = [&](const std::string& prefix) {
+    return std::vector<std::string>{"--config", file, "--set", "bus.channel_prefix=" + prefix};
+  };
+  int started = 0;
+  start_ = [&](LcmBus& bus, const Config&) -> std::shared_ptr<void> {
+    bus.Every(milliseconds(1), [](Time) { std::raise(SIGTERM); });
+    if (++started > 1) return nullptr;
+    EXPECT_EQ(Call(on("a")), 1);
+    EXPECT_EQ(Call(on("b")), 0);
+    return nullptr;
+  };
+  EXPECT_EQ(Run(on("a")), 0) << error_;
+  EXPECT_NE(error_.find("one runs already"), std::string::npos) << error_;
+  EXPECT_EQ(started, 2);
+  EXPECT_EQ(Run(on("a")), 0) << "the first one has ended: " << error_;
 }
 
 }  // namespace

@@ -67,6 +67,7 @@ std::optional<OdometrySample> OdometryHistory::At(Time time) const {
   if (after == samples_.begin()) return std::nullopt;
   const OdometrySample& a = *std::prev(after);
   const OdometrySample& b = *after;
+  if (b.time - a.time > kLongestGap) return std::nullopt;
   const double fraction = ToSeconds(time - a.time) / ToSeconds(b.time - a.time);
   OdometrySample sample = a;
   sample.time = time;

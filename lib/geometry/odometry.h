@@ -77,10 +77,13 @@ Mat3 MotionCovariance(const OdometrySample& from, const OdometrySample& to);
 /// Recent odometry, for the pose at a moment between two samples.
 class OdometryHistory {
  public:
+  /// Where the vehicle was between samples farther apart is not known well enough to map from.
+  static constexpr Duration kLongestGap = std::chrono::seconds(1);
+
   /// @pre samples of one segment come in order of time. A new segment forgets the old one.
   void Add(const OdometrySample& sample);
 
-  /// Linear between the samples on both sides of `time`; nothing outside them.
+  /// Linear between the samples on both sides of `time`; nothing outside them or in too long a gap.
   std::optional<OdometrySample> At(Time time) const;
 
   /// Forgets samples that no moment at or after `time` needs.

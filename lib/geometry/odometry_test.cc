@@ -143,6 +143,16 @@ TEST(OdometryHistoryTest, KnowsNothingOutsideItsSamples) {
   EXPECT_FALSE(dut.At(Time(std::chrono::milliseconds(201))));
 }
 
+TEST(OdometryHistoryTest, KnowsNothingInALongGap) {
+  OdometryHistory dut;
+  dut.Add(Sample(100, 1));
+  dut.Add(Sample(1100, 2));
+  EXPECT_TRUE(dut.At(Time(std::chrono::milliseconds(600))));
+  dut.Add(Sample(2101, 3));
+  EXPECT_FALSE(dut.At(Time(std::chrono::milliseconds(1600))));
+  EXPECT_TRUE(dut.At(Time(std::chrono::milliseconds(2101))));
+}
+
 TEST(OdometryHistoryTest, ANewSegmentForgetsTheOldOne) {
   OdometryHistory dut;
   dut.Add(Sample(100, 1, 1));

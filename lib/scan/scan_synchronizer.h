@@ -18,8 +18,8 @@ class ScanSynchronizer {
   /// The next scan that has found its odometry, in order of time.
   std::optional<RegisteredScan> Next();
 
-  /// Scans given up: out of order, older than all odometry, across two segments, or too many
-  /// waiting.
+  /// Scans given up: out of order, older than all odometry, across two segments, in a gap of the
+  /// odometry, or too many waiting.
   std::int64_t dropped() const { return dropped_; }
   int waiting() const { return static_cast<int>(waiting_.size()); }
 

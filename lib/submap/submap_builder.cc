@@ -74,7 +74,7 @@ SubmapBuilder::SubmapBuilder(const SubmapOptions& options, const SensorModelOpti
 
 SubmapPtr SubmapBuilder::Add(const RegisteredScan& registered) {
   SubmapPtr closed;
-  if (open_ && registered.odometry.segment != open_->base.odometry.segment) closed = Close();
+  if (open_ && !GoesOnWith(registered.odometry)) closed = Close();
   if (!open_) Open(registered);
   const OdometrySample& base = open_->base.odometry;
   X_MB_ = Ominus(base.X_OB, registered.odometry.X_OB);
@@ -84,7 +84,7 @@ SubmapPtr SubmapBuilder::Add(const RegisteredScan& registered) {
   open_->drift = MotionCovariance(base, registered.odometry);
   ++open_->scans;
   newest_ = registered.odometry;
-  if (!closed && IsFull()) closed = Close();
+  if (!closed && open_->scans >= options_.scans_per_submap) closed = Close();
   return closed;
 }
 
@@ -117,11 +117,12 @@ OdometryEdge SubmapBuilder::EdgeTo(const OdometrySample& base) const {
   return MakeOdometryEdge(options_, drift_, previous_->base, previous_->newest, base);
 }
 
-bool SubmapBuilder::IsFull() const {
-  const Mat3& P = open_->drift;
-  return open_->scans >= options_.scans_per_submap ||
-         std::sqrt(std::max(P(0, 0), P(1, 1))) > options_.max_sigma_xy_m ||
-         std::sqrt(P(2, 2)) > options_.max_sigma_yaw_rad;
+bool SubmapBuilder::GoesOnWith(const OdometrySample& odometry) const {
+  const OdometrySample& base = open_->base.odometry;
+  if (odometry.segment != base.segment) return false;
+  const Mat3 P = MotionCovariance(base, odometry);
+  return std::sqrt(std::max(P(0, 0), P(1, 1))) <= options_.max_sigma_xy_m &&
+         std::sqrt(P(2, 2)) <= options_.max_sigma_yaw_rad;
 }
 
 }  // namespace vog

@@ -40,7 +40,8 @@ class SubmapBuilder {
                 const DriftOptions& drift);
 
   /// Adds a scan. Returns the submap that this closed: the one before the scan when the scan begins
-  /// a new navigation segment, the one that the scan filled otherwise.
+  /// a new navigation segment or the way to it is too uncertain, the one that the scan filled
+  /// otherwise.
   SubmapPtr Add(const RegisteredScan& registered);
 
   /// Closes the open submap as it is; nothing when it has no scan.
@@ -62,7 +63,8 @@ class SubmapBuilder {
 
   void Open(const RegisteredScan& registered);
   OdometryEdge EdgeTo(const OdometrySample& base) const;
-  bool IsFull() const;
+  /// Whether a scan taken there belongs to the open submap.
+  bool GoesOnWith(const OdometrySample& odometry) const;
 
   SubmapOptions options_;
   SensorModelOptions model_;

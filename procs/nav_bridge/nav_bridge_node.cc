@@ -120,9 +120,10 @@ void NavBridgeNode::OnImu(const imu_t& message) {
   }
   const auto sample = reckoner_.Add(*record);
   if (!sample || settings_.bridge.source != NavigationSource::kInstruments) return;
-  // Without bottom lock our own reckoning does not know where a velocity leads.
+  // Without bottom lock our own reckoning does not know where a velocity leads, nor what is seen
+  // where.
   has_lock_ = reckoner_.HasLock(sample->time);
-  PublishNav(*sample);
+  if (has_lock_) PublishNav(*sample);
 }
 
 void NavBridgeNode::PublishNav(const OdometrySample& sample) {
@@ -131,8 +132,9 @@ void NavBridgeNode::PublishNav(const OdometrySample& sample) {
 }
 
 std::string NavBridgeNode::Health() {
-  if (!std::exchange(has_told_nav_, false)) return "no navigation";
-  return has_lock_ ? "ok" : "no bottom lock";
+  const bool has_told = std::exchange(has_told_nav_, false);
+  if (!has_lock_) return "no bottom lock";
+  return has_told ? "ok" : "no navigation";
 }
 
 void NavBridgeNode::OnControl(Time now, const control_t& message) {

@@ -163,6 +163,7 @@ TEST_F(NavBridgeNodeTest, HoldsTheVehicleWhileTheBottomIsLost) {
   settings_.bridge.source = NavigationSource::kInstruments;
   Start();
   constexpr int kLostFrom = 40, kLostTo = 120;
+  std::vector<std::size_t> told;  // Until each tick.
   for (int tick = 0; tick < 160; ++tick) {
     const bool lost = tick >= kLostFrom && tick < kLostTo;
     const DvlRecord dvl{At(tick), tick, lost ? Vec3::Zero() : Vec3(0.2, 0, 0), !lost};
@@ -170,6 +171,7 @@ TEST_F(NavBridgeNodeTest, HoldsTheVehicleWhileTheBottomIsLost) {
     bench_.Say(inputs::kDepth, ToMessage(DepthRecord{At(tick), tick, 1}), At(tick));
     bench_.Say(inputs::kImu, ToMessage(ImuRecord{At(tick), tick, 0, 0, Vec3::Zero()}), At(tick));
     SayControl({Vec3(0.2, 0, 0), 0.1}, tick);
+    told.push_back(bench_.Said(outputs::kNav).size());
     if (tick == kLostTo - 1) {
       EXPECT_EQ(bench_.StatusOf("vog-nav-bridge").health, "no bottom lock");
     }
@@ -179,6 +181,8 @@ TEST_F(NavBridgeNodeTest, HoldsTheVehicleWhileTheBottomIsLost) {
   const int grace = 20;  // dead_reckoning.lock_lost_after_s
   for (int tick = 0; tick < 160; ++tick)
     EXPECT_EQ(IsStop(commands[tick]), tick >= kLostFrom + grace && tick < kLostTo) << tick;
+  for (int tick = 1; tick < 160; ++tick)
+    EXPECT_EQ(told[tick] > told[tick - 1], tick < kLostFrom + grace || tick >= kLostTo) << tick;
   bench_.RunUntil(At(180));
   EXPECT_EQ(bench_.CounterOf("vog-nav-bridge", "held_commands"), kLostTo - kLostFrom - grace);
 }

@@ -313,17 +313,19 @@ void JudgeCollisions(const Run& run, Json& metrics) {
   const MeshClearance clearance(run.scene_W, run.vehicle.hull_size_m);
   const std::vector<double> distance_m =
       LeastClearances(clearance, run.vehicle.hull_size_m, run.record.truth);
-  int collisions = 0;
-  double min_m = std::numeric_limits<double>::max();
-  bool was_touching = false;
-  for (const double distance : distance_m) {
-    const bool is_touching = distance <= 0;
-    collisions += is_touching && !was_touching;
-    was_touching = is_touching;
-    min_m = std::min(min_m, distance);
+  Json touches_s = Json::array();
+  std::size_t closest = 0;
+  for (std::size_t i = 0; i < distance_m.size(); ++i) {
+    const bool was_touching = i > 0 && distance_m[i - 1] <= 0;
+    if (distance_m[i] <= 0 && !was_touching) touches_s.push_back(ToSeconds(run.record.truth[i].time));
+    if (distance_m[i] < distance_m[closest]) closest = i;
   }
-  metrics["collisions"] = collisions;
-  metrics["min_clearance_m"] = min_m;
+  metrics["collisions"] = touches_s.size();
+  metrics["collision_times_s"] = touches_s;
+  const bool is_known = !distance_m.empty();
+  metrics["min_clearance_m"] = is_known ? Json(distance_m[closest]) : Json();
+  metrics["min_clearance_time_s"] =
+      is_known ? Json(ToSeconds(run.record.truth[closest].time)) : Json();
 }
 
 std::string SceneNameOf(const SceneOptions& scene) {

@@ -5,6 +5,7 @@
 
 #include "lib/geometry/voxel_grid.h"
 #include "lib/planner/planner_options.h"
+#include "procs/nav_bridge/nav_bridge_node.h"
 #include "tools/mission/hull_space.h"
 
 namespace vog {
@@ -30,10 +31,23 @@ bool FitsSomewhere(const HullSpace& space, const Eigen::AlignedBox3d& box_W) {
   return false;
 }
 
+/// Without, there would never be any navigation.
+void RejectDeafBridge(const Config& config, NavigationKind simulated) {
+  const bool hears_instruments =
+      config.Read<NavBridgeOptions>("navigation").source == NavigationSource::kInstruments;
+  if (hears_instruments == (simulated == NavigationKind::kSensors)) return;
+  throw UsageError(
+      hears_instruments
+          ? "navigation.source = \"instruments\" needs simulation.navigation = \"sensors\""
+          : "simulation.navigation = \"sensors\" needs navigation.source = "
+            "\"instruments\"");
+}
+
 }  // namespace
 
 SimSettings CheckedSimSettings(const Config& config) {
   SimSettings settings = SimSettings::From(config);
+  RejectDeafBridge(config, settings.world.simulation.navigation);
   const Eigen::AlignedBox3d box_W = config.Read<ExplorationOptions>("exploration").box_W();
   const HullSpace space(settings.scene_W, settings.world.vehicle.hull_size_m);
   if (!FitsSomewhere(space, box_W))

@@ -35,6 +35,7 @@ const std::vector<KeyFigure>& KeyFigures() {
       {"Vehicle", "Path length", "/path_length_m", "m", 1},
       {"Vehicle", "Collisions", "/collisions", "", 0},
       {"Vehicle", "Smallest clearance", "/min_clearance_m", "m", 3},
+      {"Vehicle", "Time of the smallest clearance", "/min_clearance_time_s", "s", 1},
       {"Vehicle", "Normalised error squared a dimension", "/nees_per_dimension", "", 2},
       {"Vehicle", "Submaps below its 95 % limit", "/nees_share_below_95", "%", 0, 100},
       {"Exploration", "Surface seen", "/coverage/surface", "%", 1, 100},

@@ -317,7 +317,8 @@ void JudgeCollisions(const Run& run, Json& metrics) {
   std::size_t closest = 0;
   for (std::size_t i = 0; i < distance_m.size(); ++i) {
     const bool was_touching = i > 0 && distance_m[i - 1] <= 0;
-    if (distance_m[i] <= 0 && !was_touching) touches_s.push_back(ToSeconds(run.record.truth[i].time));
+    if (distance_m[i] <= 0 && !was_touching)
+      touches_s.push_back(ToSeconds(run.record.truth[i].time));
     if (distance_m[i] < distance_m[closest]) closest = i;
   }
   metrics["collisions"] = touches_s.size();

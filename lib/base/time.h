@@ -22,6 +22,12 @@ using Time = VehicleClock::time_point;
 constexpr std::int64_t ToUtime(Time time) { return time.time_since_epoch().count(); }
 constexpr Time FromUtime(std::int64_t utime_us) { return Time(Duration(utime_us)); }
 
+/// Whether it is a time that a vehicle's clock can show: bytes that make no sense seldom are.
+constexpr bool IsUtime(std::int64_t utime_us) {
+  constexpr std::int64_t kYear2100_us = 4'102'444'800'000'000;
+  return utime_us >= 0 && utime_us < kYear2100_us;
+}
+
 constexpr double ToSeconds(Duration duration) {
   return 1e-6 * static_cast<double>(duration.count());
 }

@@ -53,7 +53,8 @@ odometry_sample_t ToSampleMessage(const OdometrySample& sample) {
 
 std::optional<OdometrySample> FromSampleMessage(const odometry_sample_t& message) {
   const auto X_OB = FromMessage(message.X_OB);
-  if (!X_OB || !IsCovariance<3>(message.covariance_xyyaw)) return std::nullopt;
+  if (!X_OB || !IsCovariance<3>(message.covariance_xyyaw) || !IsUtime(message.utime_us))
+    return std::nullopt;
   OdometrySample sample;
   sample.time = FromUtime(message.utime_us);
   sample.origin = message.origin;
@@ -77,12 +78,16 @@ pose_t ToMessage(const Pose3& X_AB) {
 }
 
 std::optional<Pose3> FromMessage(const pose_t& message) {
+  // Also in coordinates of the whole earth nothing is farther off.
+  constexpr double kFarthest_m = 1e7;
   const double* q = message.quaternion_wxyz;
   const Eigen::Quaterniond rotation(q[0], q[1], q[2], q[3]);
+  const Vec3 position = VectorFrom(message.position_m);
   // Written so that NaN fails too.
-  if (!AllFinite(message.position_m) || !(std::abs(rotation.norm() - 1) < 1e-6))
+  if (!(position.cwiseAbs().maxCoeff() <= kFarthest_m) || !position.allFinite() ||
+      !(std::abs(rotation.norm() - 1) < 1e-6))
     return std::nullopt;
-  return MakePose(VectorFrom(message.position_m), rotation);
+  return MakePose(position, rotation);
 }
 
 covariance_t ToMessage(const Mat6& covariance) {
@@ -341,8 +346,8 @@ std::optional<SubmapPtr> FromMessage(const submap_t& message) {
   if (!bytes) return std::nullopt;
   auto grid = FromOctreeBytes(*bytes);
   const auto X_ML = FromMessage(message.X_ML);
-  if (!base || !X_ML || !IsCovariance<3>(message.drift_xyyaw) ||
-      !std::holds_alternative<BrickGrid>(grid))
+  if (!base || !X_ML || !IsCovariance<3>(message.drift_xyyaw) || !IsUtime(message.first_utime_us) ||
+      !IsUtime(message.last_utime_us) || !std::holds_alternative<BrickGrid>(grid))
     return std::nullopt;
   return std::make_shared<Submap>(Submap{.base = *base,
                                          .first_scan = FromUtime(message.first_utime_us),

@@ -94,6 +94,17 @@ TEST(ConvertTest, PosesWithoutARotationAreRefused) {
   EXPECT_FALSE(FromMessage(pose_t{}));
 }
 
+TEST(ConvertTest, PosesBeyondTheEarthAreRefused) {
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double far_m : {1.1e7, -1.1e7, 1e18, -1e300}) {
+      pose_t message = ToMessage(MakePose({4.6e6, -5e5, 3}));
+      EXPECT_TRUE(FromMessage(message));
+      message.position_m[axis] = far_m;
+      EXPECT_FALSE(FromMessage(message)) << far_m;
+    }
+  }
+}
+
 TEST(ConvertTest, NavigationSurvives) {
   Random random(2, "convert");
   const VehicleNavRecord nav = SomeNav(random), read = Travelled(nav);

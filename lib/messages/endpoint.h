@@ -88,7 +88,7 @@ class Endpoint {
       throw std::logic_error(std::string("subscribed twice to ") + channel.name);
     bus_.Subscribe(channel.name, [this, name = channel.name, handler](Time now, Bytes bytes) {
       Message message{};
-      if (!Decode(bytes, message)) {
+      if (!Decode(bytes, message) || !IsUtime(message.header.utime_us)) {
         ++counts_.malformed;
       } else if (Accept(name, message.header)) {
         handler(now, message);

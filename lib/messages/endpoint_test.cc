@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 #include <optional>
 #include <sstream>
 
@@ -200,6 +201,23 @@ TEST_F(EndpointTest, BytesThatAreNoMessageAreCountedAndDropped) {
   EXPECT_TRUE(heard_.empty());
   receiver_.NoteMalformed();
   EXPECT_EQ(receiver_.counts().malformed, malformed + 1);
+  receiver_bus_.Deliver(good);
+  EXPECT_EQ(heard_.size(), 1u);
+}
+
+TEST_F(EndpointTest, TimesThatNoClockShowsAreMalformed) {
+  const FakeBus::Sent good = Say();
+  std::int64_t malformed = 0;
+  for (const std::int64_t utime_us :
+       {std::int64_t{-1}, std::numeric_limits<std::int64_t>::min(),
+        std::numeric_limits<std::int64_t>::max(), std::int64_t{1} << 52}) {
+    nav_t message{};
+    ASSERT_TRUE(Decode(good.bytes, message));
+    message.header.utime_us = utime_us;
+    receiver_bus_.Deliver({good.channel, Encode(message)});
+    EXPECT_EQ(receiver_.counts().malformed, ++malformed);
+  }
+  EXPECT_TRUE(heard_.empty());
   receiver_bus_.Deliver(good);
   EXPECT_EQ(heard_.size(), 1u);
 }

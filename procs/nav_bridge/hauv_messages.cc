@@ -34,12 +34,6 @@ std::int64_t UtimeOf(const Message& message) {
   return message.time;
 }
 
-/// A time that any clock of a vehicle can show.
-bool IsTime(std::int64_t utime_us) {
-  constexpr std::int64_t kYear2100_us = 4'102'444'800'000'000;
-  return utime_us >= 0 && utime_us < kYear2100_us;
-}
-
 }  // namespace
 
 Sentence FromMessage(const hauv::bs_rnv_2_t& message) {
@@ -86,7 +80,7 @@ void SubscribeToHauv(Bus& bus, std::function<void(const Sentence&, Time)> handle
   const auto subscribe = [&]<class Message>(const Channel<Message>& channel) {
     bus.Subscribe(channel.name, [handle, refuse](Time, Bytes bytes) {
       Message message{};
-      if (!Decode(bytes, message) || !IsUsable(message) || !IsTime(UtimeOf(message))) {
+      if (!Decode(bytes, message) || !IsUsable(message) || !IsUtime(UtimeOf(message))) {
         refuse();
       } else {
         handle(FromMessage(message), FromUtime(UtimeOf(message)));

@@ -10,8 +10,11 @@ namespace {
 constexpr std::size_t kChunkBytes = 32000;
 constexpr int kMaxParts = 1 << 14;
 constexpr std::size_t kMaxPartials = 64;
-// Messages of a lower epoch in a row.
+// Messages of a lower epoch, or after a leap, in a row.
 constexpr int kBelieved = 3;
+// In a sender's count: more are seldom lost at once, and none comes later. The number is damaged,
+// or the one before was.
+constexpr std::int64_t kLongestLeap = 1000, kLate = 20;
 
 }  // namespace
 
@@ -27,33 +30,40 @@ void Endpoint::FillHeader(const std::string& channel, Time time, header_t& heade
 }
 
 /// Of a newer epoch, or later in this one. Who was started again after the machine's clock was set
-/// back has a lower epoch: it is believed when its former self has said nothing between its words.
+/// back has a lower epoch, and one damaged number must not make deaf for all that comes after: such
+/// are believed when nobody else has said anything between their words.
 bool Endpoint::IsFresh(const header_t& header, Heard& heard) {
   if (header.epoch > heard.epoch) return true;
-  if (header.epoch == heard.epoch) return header.sequence > heard.sequence;
-  const bool goes_on = heard.lower_in_a_row > 0 && header.epoch == heard.lower_epoch &&
-                       header.sequence > heard.lower_sequence;
-  heard.lower_in_a_row = goes_on ? heard.lower_in_a_row + 1 : 1;
-  heard.lower_epoch = header.epoch;
-  heard.lower_sequence = header.sequence;
-  return heard.lower_in_a_row >= kBelieved;
+  const std::int64_t ahead = header.sequence - heard.sequence;
+  if (header.epoch == heard.epoch && ahead > -kLate && ahead <= kLongestLeap) return ahead > 0;
+  const bool goes_on = heard.doubted_in_a_row > 0 && header.epoch == heard.doubted_epoch &&
+                       header.sequence > heard.doubted_sequence;
+  heard.doubted_in_a_row = goes_on ? heard.doubted_in_a_row + 1 : 1;
+  heard.doubted_epoch = header.epoch;
+  heard.doubted_sequence = header.sequence;
+  return heard.doubted_in_a_row >= kBelieved;
 }
 
 bool Endpoint::Accept(const std::string& channel, const header_t& header) {
+  if (header.sequence < 0) {
+    ++counts_.malformed;
+    return false;
+  }
   if (run_id_ == 0) run_id_ = header.run_id;
   if (header.run_id != run_id_) {
     ++counts_.other_run;
     return false;
   }
   const auto [found, is_first] =
-      heard_.try_emplace({channel, header.sender}, Heard{header.epoch, -1});
+      heard_.try_emplace({channel, header.sender}, Heard{header.epoch, header.sequence - 1});
   Heard& heard = found->second;
   if (!IsFresh(header, heard)) {
     ++counts_.stale;
     return false;
   }
-  if (!is_first && header.epoch == heard.epoch)
-    counts_.missed += header.sequence - heard.sequence - 1;
+  const std::int64_t ahead = header.sequence - heard.sequence;
+  if (!is_first && header.epoch == heard.epoch && ahead > 0 && ahead <= kLongestLeap)
+    counts_.missed += ahead - 1;
   heard = {header.epoch, header.sequence};
   ++counts_.received;
   return true;

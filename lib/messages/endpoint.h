@@ -117,9 +117,9 @@ class Endpoint {
  private:
   struct Heard {
     std::int64_t epoch, sequence;
-    // Messages of a lower epoch that came since, one after another.
-    std::int64_t lower_epoch = 0, lower_sequence = 0;
-    int lower_in_a_row = 0;
+    // Messages of a lower epoch, or that leap far, that came since, one after another.
+    std::int64_t doubted_epoch = 0, doubted_sequence = 0;
+    int doubted_in_a_row = 0;
   };
 
   void FillHeader(const std::string& channel, Time time, header_t& header);

@@ -143,6 +143,50 @@ TEST_F(EndpointTest, RemainsOfAFormerSelfAreNotBelieved) {
   EXPECT_EQ(heard_.size(), 4u);
 }
 
+// A flipped bit in a count must not make the rest of what its sender says stale.
+TEST_F(EndpointTest, ADamagedCountDoesNotSilenceItsSender) {
+  receiver_bus_.Deliver(Say(0));
+  nav_t damaged{};
+  ASSERT_TRUE(Decode(Say(1).bytes, damaged));
+  for (const std::int64_t sequence :
+       {std::numeric_limits<std::int64_t>::max(), std::int64_t{1} << 40, std::int64_t{-1}}) {
+    damaged.header.sequence = sequence;
+    receiver_bus_.Deliver({outputs::kNav.name, Encode(damaged)});
+    EXPECT_EQ(heard_.size(), 1u) << sequence;
+  }
+  EXPECT_EQ(receiver_.counts().malformed, 1);
+  EXPECT_EQ(receiver_.counts().stale, 2);
+  for (int i = 2; i < 6; ++i) receiver_bus_.Deliver(Say(i));
+  EXPECT_EQ(heard_.size(), 5u);
+  EXPECT_EQ(receiver_.counts().missed, 1) << "the one that was damaged";
+  // A smaller one is taken for lost messages; it silences for three.
+  damaged.header.sequence = 500;
+  receiver_bus_.Deliver({outputs::kNav.name, Encode(damaged)});
+  EXPECT_EQ(heard_.size(), 6u);
+  for (int i = 6; i < 12; ++i) receiver_bus_.Deliver(Say(i));
+  EXPECT_EQ(heard_.size(), 10u);
+}
+
+TEST_F(EndpointTest, ADamagedCountAtFirstDoesNotEither) {
+  nav_t damaged{};
+  ASSERT_TRUE(Decode(Say(0).bytes, damaged));
+  damaged.header.sequence = std::int64_t{1} << 50;
+  receiver_bus_.Deliver({outputs::kNav.name, Encode(damaged)});
+  for (int i = 0; i < 6; ++i) receiver_bus_.Deliver(Say(i));
+  EXPECT_EQ(heard_.size(), 1u + 4u);
+}
+
+TEST_F(EndpointTest, WhoReallyHasSaidThatMuchIsHeardSoon) {
+  receiver_bus_.Deliver(Say(0));
+  nav_t later{};
+  ASSERT_TRUE(Decode(Say(1).bytes, later));
+  for (int i = 0; i < 4; ++i) {
+    later.header.sequence = (std::int64_t{1} << 30) + i;
+    receiver_bus_.Deliver({outputs::kNav.name, Encode(later)});
+  }
+  EXPECT_EQ(heard_.size(), 3u);
+}
+
 TEST_F(EndpointTest, SendersOnOneChannelDoNotDisturbEachOther) {
   FakeBus other_bus;
   other_bus.current_epoch = 77;

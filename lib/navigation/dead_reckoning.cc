@@ -1,6 +1,7 @@
 #include "lib/navigation/dead_reckoning.h"
 
 #include <cmath>
+#include <numbers>
 
 namespace vog {
 namespace {
@@ -55,8 +56,28 @@ OdometrySample VehicleNavTracker::Add(const VehicleNavRecord& record) {
   return sample;
 }
 
+bool VelocityGate::Agree(const DvlRecord& a, const DvlRecord& b) const {
+  const double dt_s = std::abs(ToSeconds(b.time - a.time));
+  const double noise_m_s = options_.gate_sigmas * std::numbers::sqrt2 * options_.dvl_sigma_m_s;
+  return (b.velocity_B_m_s - a.velocity_B_m_s).norm() <=
+         options_.max_acceleration_m_s2 * dt_s + noise_m_s;
+}
+
+bool VelocityGate::Passes(const DvlRecord& record) {
+  if (taken_ && !Agree(*taken_, record)) {
+    ++outliers_;
+    in_a_row_ = outlier_ && Agree(*outlier_, record) ? in_a_row_ + 1 : 1;
+    outlier_ = record;
+    if (in_a_row_ < options_.believed_outliers) return false;
+  }
+  taken_ = record;
+  outlier_.reset();
+  in_a_row_ = 0;
+  return true;
+}
+
 DeadReckoner::DeadReckoner(const DeadReckoningOptions& options, std::int64_t segment)
-    : options_(options) {
+    : options_(options), gate_(options) {
   state_.origin = state_.segment = segment;
 }
 
@@ -65,7 +86,7 @@ void DeadReckoner::SetFix(const Pose3& X_OB) {
 }
 
 void DeadReckoner::Add(const DvlRecord& record) {
-  if (record.valid) velocity_ = record;
+  if (record.valid && gate_.Passes(record)) velocity_ = record;
 }
 
 void DeadReckoner::Add(const DepthRecord& record) {

@@ -15,6 +15,9 @@ struct DeadReckoningOptions {
   double lock_lost_after_s = 1.0;
   double gyro_noise_rad_rt_s = 3.4e-4;
   double depth_gain = 0.2;
+  double max_acceleration_m_s2 = 0.5;
+  double gate_sigmas = 6;
+  int believed_outliers = 5;
 
   void Visit(OptionsVisitor& v) {
     v("dvl_sigma_m_s", dvl_sigma_m_s, Between(1e-4, 10), "of one velocity of the DVL");
@@ -26,7 +29,33 @@ struct DeadReckoningOptions {
     v("gyro_noise_rad_rt_s", gyro_noise_rad_rt_s, Between(0, 1), "angle random walk of the gyro");
     v("depth_gain", depth_gain, Between(0.01, 1),
       "share of a depth reading that corrects the predicted depth");
+    v("max_acceleration_m_s2", max_acceleration_m_s2, Between(0.01, 100),
+      "of the vehicle: a velocity that would need more is an outlier");
+    v("gate_sigmas", gate_sigmas, Between(1, 100), "and this many dvl_sigma_m_s beyond it");
+    v("believed_outliers", believed_outliers, Between(2, 1000),
+      "so many outliers in a row that agree with each other are the truth");
   }
+};
+
+/// Tells the velocities of a Doppler log that no vehicle flies from the others: echoes of fish, of
+/// the structure, of other vehicles. The last one that was taken is the yardstick; after a while of
+/// outliers that agree with each other, they were right and it was not.
+class VelocityGate {
+ public:
+  explicit VelocityGate(const DeadReckoningOptions& options) : options_(options) {}
+
+  /// Whether to take a valid record.
+  bool Passes(const DvlRecord& record);
+
+  std::int64_t outliers() const { return outliers_; }
+
+ private:
+  bool Agree(const DvlRecord& a, const DvlRecord& b) const;
+
+  DeadReckoningOptions options_;
+  std::optional<DvlRecord> taken_, outlier_;  ///< The last of each.
+  int in_a_row_ = 0;                          ///< Outliers that agree.
+  std::int64_t outliers_ = 0;
 };
 
 /// How far [m, rad] a reckoned pose may lie from where the vehicle's own velocity and turn rate
@@ -81,13 +110,16 @@ class DeadReckoner {
 
   /// Whether the last velocity over the bottom is not too old at `time`.
   bool HasLock(Time time) const;
+  /// Velocities that were not believed.
+  std::int64_t outliers() const { return gate_.outliers(); }
 
  private:
   DeadReckoningOptions options_;
   OdometrySample state_;
   bool is_started_ = false;
   std::optional<double> z_m_;
-  std::optional<DvlRecord> velocity_;  // The last valid one.
+  VelocityGate gate_;
+  std::optional<DvlRecord> velocity_;  // The last one that was taken.
 };
 
 }  // namespace vog

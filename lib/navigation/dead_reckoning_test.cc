@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 namespace vog {
 namespace {
@@ -111,6 +112,44 @@ TEST(DeadReckonerTest, WithoutLockItStandsStillAndKnowsLessAndLess) {
   EXPECT_GT(lost.covariance(0, 0), 10 * with_lock.Run(11, 10).covariance(0, 0));
   without_lock.dut().Add(DvlRecord{At(21), 0, {5, 5, 5}, false});  // Says of itself it has no lock.
   EXPECT_NEAR(without_lock.Run(1, 10).X_OB.translation().x(), x_m, 0.03);
+}
+
+TEST(DeadReckonerTest, VelocitiesThatNoVehicleFliesDoNotMoveIt) {
+  Course clean, disturbed;
+  for (Course* course : {&clean, &disturbed}) course->velocity_B_m_s = {0.2, 0, 0};
+  for (int second = 1; second <= 30; ++second) {
+    clean.Run(1, 5);
+    disturbed.Run(1, 5);
+    // Now and then an echo of something else: each another velocity.
+    disturbed.dut().Add(DvlRecord{At(second), 0, {-3.0 + second % 7, 2, 0}, true});
+  }
+  EXPECT_TRUE(disturbed.Run(1, 5).X_OB.isApprox(clean.Run(1, 5).X_OB, 1e-9));
+  EXPECT_EQ(disturbed.dut().outliers(), 30);
+  EXPECT_EQ(clean.dut().outliers(), 0);
+}
+
+TEST(VelocityGateTest, TakesWhatAVehicleCanFly) {
+  const DeadReckoningOptions options;
+  VelocityGate dut(options);
+  // From standing to 0.3 m/s in a second and back, with noise of two sigma.
+  for (int i = 0; i < 100; ++i) {
+    const double noise_m_s = (i % 2 == 0 ? 2 : -2) * options.dvl_sigma_m_s;
+    const double speed_m_s = 0.15 - 0.15 * std::cos(0.2 * i * std::numbers::pi);
+    EXPECT_TRUE(dut.Passes({At(0.2 * i), i, {speed_m_s + noise_m_s, 0, 0}, true})) << i;
+  }
+  EXPECT_EQ(dut.outliers(), 0);
+}
+
+TEST(VelocityGateTest, OutliersThatAgreeForLongAreBelieved) {
+  const DeadReckoningOptions options;
+  VelocityGate dut(options);
+  EXPECT_TRUE(dut.Passes({At(0), 0, {-2, 1, 0}, true})) << "the first: there is no other";
+  int refused = 0;
+  while (!dut.Passes({At(0.2 * (refused + 1)), 0, {0.2, 0, 0}, true})) ++refused;
+  EXPECT_EQ(refused, options.believed_outliers - 1);
+  EXPECT_TRUE(dut.Passes({At(2), 0, {0.2, 0, 0}, true}));
+  // After a long silence the vehicle may fly any velocity.
+  EXPECT_TRUE(dut.Passes({At(30), 0, {-2, 1, 0}, true}));
 }
 
 TEST(DeadReckonerTest, TheCovarianceGrowsAsItsOptionsSay) {

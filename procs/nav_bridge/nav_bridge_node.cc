@@ -58,6 +58,7 @@ NavBridgeNode::NavBridgeNode(Bus& bus, const NavBridgeSettings& settings,
     counters["watchdog_stops"] = stops_;
     counters["held_commands"] = held_;
     counters["navigation_jumps"] = tracker_.jumps();
+    counters["dvl_outliers"] = reckoner_.outliers();
     if (link_) link_->Count(counters);
     if (refused_hauv_ > 0) counters["refused_hauv_messages"] = refused_hauv_;
     return Health();

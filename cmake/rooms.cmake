@@ -1,11 +1,14 @@
 # How a folder becomes a library, its tests, its benchmarks and its program.
 
 add_library(vog_flags INTERFACE)
-target_include_directories(vog_flags INTERFACE ${PROJECT_SOURCE_DIR})
+target_include_directories(vog_flags INTERFACE
+  $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/vogmap>)
+target_compile_features(vog_flags INTERFACE cxx_std_20)
 # Contracted multiply-adds would make results depend on the instructions a compiler picks.
-target_compile_options(vog_flags INTERFACE -Wall -Wextra -Wpedantic -ffp-contract=off
-  $<$<BOOL:${VOG_WERROR}>:-Werror>)
-target_compile_definitions(vog_flags INTERFACE VOG_VERSION="${PROJECT_VERSION}")
+target_compile_options(vog_flags INTERFACE
+  "$<BUILD_INTERFACE:-Wall;-Wextra;-Wpedantic>" -ffp-contract=off
+  "$<BUILD_INTERFACE:$<$<BOOL:${VOG_WERROR}>:-Werror>>")
+target_compile_definitions(vog_flags INTERFACE $<BUILD_INTERFACE:VOG_VERSION="${PROJECT_VERSION}">)
 if(VOG_SANITIZE)
   target_compile_options(vog_flags INTERFACE -fsanitize=${VOG_SANITIZE} -fno-omit-frame-pointer
                          -fno-sanitize-recover=all)
@@ -58,6 +61,13 @@ function(vog_lcmtypes name)
   add_library(${name} INTERFACE)
   add_dependencies(${name} ${name}_headers)
   target_include_directories(${name} SYSTEM INTERFACE ${PROJECT_BINARY_DIR}/lcmtypes)
+  # The same for scripts.
+  add_custom_command(OUTPUT ${PROJECT_BINARY_DIR}/python/vog/__init__.py DEPENDS ${sources}
+    COMMAND ${CMAKE_COMMAND} -E rm -rf ${PROJECT_BINARY_DIR}/python
+    COMMAND lcm-gen --python --ppath ${PROJECT_BINARY_DIR}/python ${sources})
+  add_custom_target(${name}_python ALL DEPENDS ${PROJECT_BINARY_DIR}/python/vog/__init__.py)
+  install(DIRECTORY ${PROJECT_BINARY_DIR}/python DESTINATION ${CMAKE_INSTALL_DATADIR}/vogmap
+          FILES_MATCHING PATTERN "*.py")
   # LCM encodes doubles through pointers to integers: an optimiser may drop what was stored in them.
   target_compile_options(${name} INTERFACE -fno-strict-aliasing)
 endfunction()

@@ -6,7 +6,9 @@
 
 #include "lib/bus/lcm_log.h"
 #include "tools/log/log_files.h"
+#include "tools/log/mcap_export.h"
 #include "tools/log/record.h"
+#include "tools/mission/progress_bar.h"
 #include "tools/vog/commands.h"
 #include "tools/vog/log_arguments.h"
 
@@ -60,6 +62,10 @@ struct MergeArguments {
   std::string out;
 };
 
+struct ExportArguments {
+  std::string log, mcap;
+};
+
 struct RecordArguments {
   RecordOptions record;
   double max_mb = 0;
@@ -74,6 +80,18 @@ void RunRecord(RecordArguments arguments) {
     throw UsageError("--keep needs --max-mb; see --help");
   arguments.record.recorder.max_bytes = static_cast<std::uintmax_t>(1e6 * arguments.max_mb);
   PrintKept(Record(arguments.record));
+}
+
+void RunExport(const ExportArguments& arguments) {
+  const McapExport done = [&] {
+    ProgressBar bar;
+    return ExportToMcap(arguments.log, arguments.mcap,
+                        [&](double share) { bar.Show(share, "messages"); });
+  }();
+  std::printf("%lld messages written\n", static_cast<long long>(done.messages));
+  if (done.malformed > 0)
+    std::printf("%lld of them make no sense: topics CHANNEL/malformed\n",
+                static_cast<long long>(done.malformed));
 }
 
 void AddInfo(CLI::App& log) {
@@ -104,6 +122,21 @@ void AddMerge(CLI::App& log) {
   merge->callback([arguments] { PrintKept(MergeLogs(arguments->in, arguments->out)); });
 }
 
+void AddExport(CLI::App& log) {
+  auto* command = log.add_subcommand(
+      "export",
+      "Write a log for other programs: an MCAP file, which Lichtblick, Foxglove, Rerun and "
+      "PlotJuggler open.\n"
+      "A topic a channel: poses, scans, sonar frames, paths, submaps, the pose graph and STATUS as "
+      "Foxglove's "
+      "messages, which are drawn; with all their fields as CHANNEL/fields. Other channels with all "
+      "fields. Frames on topic tf.");
+  const auto arguments = std::make_shared<ExportArguments>();
+  command->add_option("log", arguments->log, "LCM event log")->required();
+  command->add_option("--mcap", arguments->mcap, "the MCAP file")->required();
+  command->callback([arguments] { RunExport(*arguments); });
+}
+
 void AddRecord(CLI::App& log) {
   auto* command = log.add_subcommand(
       "record",
@@ -131,12 +164,13 @@ void AddRecord(CLI::App& log) {
 }  // namespace
 
 void AddLogCommand(CLI::App& app) {
-  auto* log =
-      app.add_subcommand("log", "Record LCM event logs, look into them, cut and merge them.");
+  auto* log = app.add_subcommand(
+      "log", "Record LCM event logs, look into them, cut, merge and export them.");
   log->require_subcommand(1);
   AddInfo(*log);
   AddCut(*log);
   AddMerge(*log);
+  AddExport(*log);
   AddRecord(*log);
 }
 

@@ -51,6 +51,11 @@ mark 03
 ip link set vcan0 down
 sleep 3
 ip link set vcan0 up
+# Controllers that say they are off: both sides, which have opened the bus again within 5 s, do so once
+# more.
+sleep 6
+cansend vcan0 20000040#0000000000000000
+sleep 1
 mark 04
 wait $player
 # Commands that were held after the outage look like stops too.

@@ -24,6 +24,9 @@ constexpr int kMaxFailures = 30;
 /// The vehicle is at home when it is this near.
 constexpr double kHome_m = 0.5;
 constexpr int kPlacesAtHome = 20;
+constexpr const char* kNothingToGain = "nothing_to_gain";
+// Share of what was unseen at the last second look at home, to look once more.
+constexpr double kLessUnseen = 0.9;
 /// A map that closes every way soon after it was begun keeps nobody from an end.
 constexpr int kMaxWaysHome = 100;
 
@@ -261,7 +264,7 @@ bool Explorer::Explore(const OccupancyMap& map, const Waypoint& at) {
   if (mission_.when_done == WhenDone::kRevisit) {
     state_ = ExplorerState::kRevisiting;
   } else {
-    EndWith("nothing_to_gain", mission_.when_done == WhenDone::kReturn);
+    EndWith(kNothingToGain, mission_.when_done == WhenDone::kReturn);
   }
   return false;
 }
@@ -284,8 +287,22 @@ Unseen Explorer::CountUnseen(const OccupancyMap& map) const {
   return unseen;
 }
 
+bool Explorer::IsWorthASecondLook() {
+  if (end_reason_ != kNothingToGain ||
+      static_cast<double>(unseen_.voxels) >= kLessUnseen * unseen_at_home_)
+    return false;
+  unseen_at_home_ = static_cast<double>(unseen_.voxels);
+  return true;
+}
+
 bool Explorer::ReturnHome(const OccupancyMap& map, const Waypoint& at) {
   if ((at.position_W_m - *home_W_).norm() < kHome_m) {
+    if (IsWorthASecondLook()) {
+      state_ = ExplorerState::kExploring;
+      end_reason_.clear();
+      if (Explore(map, at)) return true;
+      if (state_ == ExplorerState::kExploring) return false;
+    }
     is_home_ = true;
     Finish(at);
     return true;

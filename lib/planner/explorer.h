@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -93,6 +94,10 @@ class Explorer {
   bool Explore(const OccupancyMap& map, const Waypoint& at);
   bool Revisit(const OccupancyMap& map, const Waypoint& at);
   bool ReturnHome(const OccupancyMap& map, const Waypoint& at);
+  /// Whether to plan once more, at home, after nothing was left to gain elsewhere: on the way the
+  /// map has moved, and the vehicle may know better where it is, so that passages are open that
+  /// were not. Each time that less is unseen than the time before.
+  bool IsWorthASecondLook();
   /// Back along the way the vehicle came, to where there is room. History ends there then.
   bool BackOut(const OccupancyMap& map, const Waypoint& at);
   /// With the bare hull to any place with more room than here.
@@ -141,6 +146,7 @@ class Explorer {
   std::size_t next_revisit_ = 0;
   int failures_ = 0;   // Plans in a row that led nowhere, not even back.
   int ways_home_ = 0;  // Begun.
+  double unseen_at_home_ = std::numeric_limits<double>::infinity();  // At the last second look.
 };
 
 }  // namespace vog

@@ -432,6 +432,28 @@ TEST_F(CoverageTest, GivesUpAHomeThatCannotBeReached) {
   EXPECT_FALSE(explorer_->is_home());
 }
 
+// A map that moves, or a place that is known better, opens what was closed.
+TEST_F(CoverageTest, LooksOnceMoreFromHome) {
+  const VoxelBox door = {{4, -20, -12}, {6, 20, 12}};
+  int openings = 0, ends = 0;
+  ExplorerState before = ExplorerState::kExploring;
+  for (int i = 0; i < 600 && explorer_->state() != ExplorerState::kFinished; ++i) {
+    const Plan* plan = Update(3);
+    if (plan != nullptr) Fly(plan->path);
+    const ExplorerState now = explorer_->state();
+    ends += before == ExplorerState::kExploring && now != before;
+    openings += before == ExplorerState::kReturning && now == ExplorerState::kExploring;
+    before = now;
+    if (ends == 0) known_.Fill(door, GridMap::kOccupied);
+    if (ends == 1 && openings == 0) known_.Fill(door, GridMap::kFree);
+  }
+  EXPECT_EQ(openings, 1);
+  EXPECT_EQ(explorer_->state(), ExplorerState::kFinished);
+  EXPECT_EQ(explorer_->end_reason(), "nothing_to_gain");
+  EXPECT_TRUE(explorer_->is_home());
+  EXPECT_LT(UnknownShare(), 0.05);
+}
+
 TEST_F(CoverageTest, DoesNotLookForEverForWhatCannotBeSeen) {
   // A stretch of water that no scan ever clears.
   sonar_.tilt_rate_deg_s = 70;

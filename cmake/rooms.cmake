@@ -84,19 +84,25 @@ function(vog_dbc name source)
   target_include_directories(${name} INTERFACE ${PROJECT_BINARY_DIR})
 endfunction()
 
-# vog_web_page(NAME FOLDER): the page whose sources lie in FOLDER, bundled by esbuild with what npm has
-# for it (package-lock.json), becomes the function EmbeddedPages() of library NAME.
-function(vog_web_page name folder)
-  set(source ${PROJECT_SOURCE_DIR}/${folder})
-  set(out ${PROJECT_BINARY_DIR}/web)
+# vog_npm_ci(SOURCE OUT WHAT): what SOURCE/package-lock.json names, fetched into OUT/node_modules; OUT/installed
+# is its file.
+function(vog_npm_ci source out what)
   set(manifests ${source}/package.json ${source}/package-lock.json ${source}/.npmrc)
-  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${source}/src/*)
   add_custom_command(OUTPUT ${out}/installed DEPENDS ${manifests}
     COMMAND ${CMAKE_COMMAND} -E make_directory ${out}
     COMMAND ${CMAKE_COMMAND} -E copy ${manifests} ${out}
     COMMAND ${NPM} ci --loglevel=error --prefix ${out}
     COMMAND ${CMAKE_COMMAND} -E touch ${out}/installed
-    COMMENT "npm ci: three.js, uPlot, esbuild" VERBATIM)
+    COMMENT "npm ci: ${what}" VERBATIM)
+endfunction()
+
+# vog_web_page(NAME FOLDER): the page whose sources lie in FOLDER, bundled by esbuild with what npm has
+# for it (package-lock.json), becomes the function EmbeddedPages() of library NAME.
+function(vog_web_page name folder)
+  set(source ${PROJECT_SOURCE_DIR}/${folder})
+  set(out ${PROJECT_BINARY_DIR}/web)
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${source}/src/*)
+  vog_npm_ci(${source} ${out} "three.js, uPlot, esbuild")
   add_custom_command(OUTPUT ${out}/page/app.js ${out}/page/app.css DEPENDS ${out}/installed ${sources}
     COMMAND ${CMAKE_COMMAND} -E env NODE_PATH=${out}/node_modules
             ${out}/node_modules/.bin/esbuild ${source}/src/app.js --bundle --minify --format=esm
@@ -180,5 +186,15 @@ function(vog_system_test name)
     add_test(NAME ${name} COMMAND python3 ${PROJECT_SOURCE_DIR}/test/${name}_test.py)
     set_tests_properties(${name} PROPERTIES TIMEOUT 2400 ENVIRONMENT
       "VOG_BIN=${CMAKE_RUNTIME_OUTPUT_DIRECTORY};VOG_BUILD=${CMAKE_BINARY_DIR};VOG_SANITIZE=${VOG_SANITIZE};${vog_tsan_options}")
+  endif()
+endfunction()
+
+# vog_test_packages(NAME): what test/NAME/package-lock.json names, fetched into NAME/node_modules of the
+# build.
+function(vog_test_packages name)
+  vog_wants_test(OFF wanted)
+  if(wanted AND NOT VOG_SANITIZE)
+    vog_npm_ci(${PROJECT_SOURCE_DIR}/test/${name} ${PROJECT_BINARY_DIR}/${name} "packages of test ${name}")
+    add_custom_target(${name}_packages ALL DEPENDS ${PROJECT_BINARY_DIR}/${name}/installed)
   endif()
 endfunction()

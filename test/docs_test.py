@@ -8,9 +8,8 @@ import unittest
 
 from vog_testing import ROOT, vog
 
-DOCUMENTS = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("*/README.md"),
-                    *ROOT.glob("*/*/README.md")])
-DOCUMENTS = [file for file in DOCUMENTS if "build" not in file.relative_to(ROOT).parts[:1]]
+DOCUMENTS = [file for pattern in ("*.md", "docs/*.md", "*/README.md", "*/*/README.md")
+             for file in sorted(ROOT.glob(pattern)) if file.relative_to(ROOT).parts[0] != "build"]
 
 
 @functools.cache

@@ -10,9 +10,8 @@ import time
 import unittest
 
 from lcm_testing import import_types, read_log
-from vog_testing import BIN, TIMEOUT_S, VogTest, children_of, config, free_url
+from vog_testing import BIN, TIMEOUT_S, LiveMissionTest, children_of, config
 
-SPEED = 8
 SUBMAPS = 6
 PROGRAMS = ("vog-sim", "vog-planner", "vog-controller", "vog-slam", "vog-map-service",
             "vog-sonar-reader", "vog-nav-bridge")
@@ -46,29 +45,21 @@ ssize_t recvmsg(int socket, struct msghdr* message, int flags) {
 """
 
 
-class FaultsTest(VogTest):
+class FaultsTest(LiveMissionTest):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
         cls.vog = import_types(cls.scratch)
 
     def start(self, *settings, **environment):
-        self.out, self.url = self.scratch / self._testMethodName, free_url()
-        mission = subprocess.Popen(
-            [BIN / "vog", "mission", config("propeller"), "--live", "--speed", str(SPEED), "--seed", "1",
-             "--max-submaps", str(SUBMAPS), "--set", f"bus.url='{self.url}'", "--out", self.out,
-             *settings], env={**os.environ, **environment}, stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE, text=True)
+        self.out = self.scratch / self._testMethodName
+        mission = self.start_mission(self.out, SUBMAPS, *settings, **environment)
         self.addCleanup(mission.wait)
         self.addCleanup(mission.kill)
         return mission
 
     def wait_for_submaps(self, mission, count):
-        end = time.monotonic() + TIMEOUT_S
-        while len(list(self.out.glob("map/submaps/*.ot"))) < count:
-            self.assertIsNone(mission.poll(), "the mission ended early")
-            self.assertLess(time.monotonic(), end, "waited too long")
-            time.sleep(0.05)
+        self.wait_for(lambda: self.saved_submaps(self.out) >= count, mission)
 
     def finish(self, mission):
         """Ends well, with a whole and right map; returns what was said on standard error."""

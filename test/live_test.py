@@ -7,34 +7,15 @@ import subprocess
 import time
 import unittest
 
-from vog_testing import (BIN, INPUTS, IS_SANITIZED, TIMEOUT_S, VogTest, children_of, config,
-                         free_url, vog)
+from vog_testing import (BIN, INPUTS, IS_SANITIZED, TIMEOUT_S, LiveMissionTest, children_of, config,
+                         vog)
 
 PROGRAMS = ("vog-planner", "vog-controller", "vog-slam", "vog-map-service", "vog-sonar-reader",
             "vog-nav-bridge")
-SPEED = 5 if IS_SANITIZED else 15
 
 
-class LiveTest(VogTest):
-    def setUp(self):
-        self.url = free_url()
-
-    def start_mission(self, out, submaps):
-        return subprocess.Popen(
-            [BIN / "vog", "mission", config("propeller"), "--live", "--speed", str(SPEED),
-             "--max-submaps", str(submaps), "--set", f"bus.url='{self.url}'", "--out", out],
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-
-    def saved_submaps(self, out):
-        folder = out / "map/submaps"
-        return len(list(folder.glob("*.ot"))) if folder.is_dir() else 0
-
-    def wait_for(self, what, process, limit_s=TIMEOUT_S):
-        end = time.monotonic() + limit_s
-        while not what():
-            self.assertIsNone(process.poll(), "the mission ended early")
-            self.assertLess(time.monotonic(), end, "waited too long")
-            time.sleep(0.02)
+class LiveTest(LiveMissionTest):
+    SPEED = 5 if IS_SANITIZED else 15
 
     def test_a_mission_survives_kill_9_of_each_process_in_turn(self):
         out, submaps = self.scratch / "killed", 4 if IS_SANITIZED else 16
@@ -85,7 +66,7 @@ class LiveTest(VogTest):
             stderr=subprocess.PIPE, text=True) for program in PROGRAMS]
         try:
             time.sleep(1)  # lcm-logplayer cannot be told when they are ready.
-            subprocess.run(["lcm-logplayer", f"--speed={SPEED}", f"--lcm-url={self.url}",
+            subprocess.run(["lcm-logplayer", f"--speed={self.SPEED}", f"--lcm-url={self.url}",
                             f"--regexp={INPUTS}", flown / "lcm.log"], check=True,
                            stdout=subprocess.DEVNULL, timeout=TIMEOUT_S)
             end = time.monotonic() + 60

@@ -7,6 +7,7 @@ import shutil
 import socket
 import subprocess
 import tempfile
+import time
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
@@ -83,3 +84,28 @@ class VogTest(unittest.TestCase):
 
     def metrics(self, folder):
         return json.loads((pathlib.Path(folder) / "metrics.json").read_text())
+
+
+class LiveMissionTest(VogTest):
+    """Missions of real processes over LCM, each test on a bus of its own."""
+
+    SPEED = 8
+
+    def setUp(self):
+        self.url = free_url()
+
+    def start_mission(self, out, submaps, *settings, **environment):
+        return subprocess.Popen(
+            [BIN / "vog", "mission", config("propeller"), "--live", "--speed", str(self.SPEED),
+             "--max-submaps", str(submaps), "--set", f"bus.url='{self.url}'", "--out", out, *settings],
+            env={**os.environ, **environment}, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+    def saved_submaps(self, out):
+        return len(list(out.glob("map/submaps/*.ot")))
+
+    def wait_for(self, what, process, limit_s=TIMEOUT_S):
+        end = time.monotonic() + limit_s
+        while not what():
+            self.assertIsNone(process.poll(), "the mission ended early")
+            self.assertLess(time.monotonic(), end, "waited too long")
+            time.sleep(0.02)

@@ -9,8 +9,7 @@ import time
 import unittest
 
 from lcm_testing import import_types, log_end_s, read_log
-from live_test import children_of, free_url
-from vog_testing import BIN, IS_SANITIZED, TIMEOUT_S, VogTest, config
+from vog_testing import BIN, IS_SANITIZED, TIMEOUT_S, VogTest, children_of, config, free_url
 from wire_relay import DatagramRelay, SerialRelay
 
 SPEED = 2 if IS_SANITIZED else 8

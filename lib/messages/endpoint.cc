@@ -45,10 +45,6 @@ bool Endpoint::IsFresh(const header_t& header, Heard& heard) {
 }
 
 bool Endpoint::Accept(const std::string& channel, const header_t& header) {
-  if (header.sequence < 0) {
-    ++counts_.malformed;
-    return false;
-  }
   if (run_id_ == 0) run_id_ = header.run_id;
   if (header.run_id != run_id_) {
     ++counts_.other_run;

@@ -88,7 +88,7 @@ class Endpoint {
       throw std::logic_error(std::string("subscribed twice to ") + channel.name);
     bus_.Subscribe(channel.name, [this, name = channel.name, handler](Time now, Bytes bytes) {
       Message message{};
-      if (!Decode(bytes, message) || !IsUtime(message.header.utime_us)) {
+      if (!Decode(bytes, message) || !IsPossible(message.header)) {
         ++counts_.malformed;
       } else if (Accept(name, message.header)) {
         handler(now, message);
@@ -122,6 +122,9 @@ class Endpoint {
     int doubted_in_a_row = 0;
   };
 
+  static bool IsPossible(const header_t& header) {
+    return IsUtime(header.utime_us) && header.sequence >= 0;
+  }
   void FillHeader(const std::string& channel, Time time, header_t& header);
   static bool IsFresh(const header_t& header, Heard& heard);
   bool Accept(const std::string& channel, const header_t& header);

@@ -11,12 +11,6 @@
 namespace vog {
 namespace {
 
-void RefuseSame(const std::string& in, const std::string& out) {
-  std::error_code error;
-  if (std::filesystem::equivalent(in, out, error))
-    throw UsageError(out + ": is read; choose another name for the new log");
-}
-
 /// A log and its next message.
 struct Source {
   explicit Source(const std::string& path) : reader(path), next(reader.Next()) {}
@@ -31,6 +25,12 @@ bool IsEarlier(const std::unique_ptr<Source>& a, const std::unique_ptr<Source>& 
 }
 
 }  // namespace
+
+void RefuseSame(const std::string& in, const std::string& out) {
+  std::error_code error;
+  if (std::filesystem::equivalent(in, out, error))
+    throw UsageError(out + ": is read; choose another name for the new file");
+}
 
 std::int64_t CutLog(const std::string& in, const LogSelection& selection, const std::string& out) {
   RefuseSame(in, out);

@@ -8,6 +8,9 @@
 
 namespace vog {
 
+/// @throws UsageError when `out` is the file `in`, by whatever name.
+void RefuseSame(const std::string& in, const std::string& out);
+
 // Both return how many messages the new log holds, and throw UsageError when it is one of those
 // that are read.
 

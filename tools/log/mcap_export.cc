@@ -5,11 +5,11 @@
 #include <map>
 #include <type_traits>
 
-#include "lib/base/errors.h"
 #include "lib/bus/lcm_log.h"
 #include "lib/messages/channels.h"
 #include "lib/messages/endpoint.h"
 #include "tools/log/foxglove_messages.h"
+#include "tools/log/log_files.h"
 #include "tools/log/mcap_topics.h"
 #include "tools/log/mcap_writer.h"
 #include "vogmap/lcm_message.pb.h"
@@ -149,9 +149,7 @@ std::uintmax_t SizeOf(const LogEvent& event) {
 McapExport ExportToMcap(const std::string& log, const std::string& out,
                         const std::function<void(double share)>& on_progress) {
   LcmLogReader reader(log);
-  std::error_code error;
-  if (std::filesystem::equivalent(log, out, error))
-    throw UsageError(out + ": is read; choose another name for the MCAP file");
+  RefuseSame(log, out);
   const auto size_bytes = static_cast<double>(std::filesystem::file_size(log));
   McapWriter writer(out);
   Exporter exporter(writer);

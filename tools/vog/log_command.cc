@@ -128,8 +128,8 @@ void AddExport(CLI::App& log) {
       "Write a log for other programs: an MCAP file, which Lichtblick, Foxglove, Rerun and "
       "PlotJuggler open.\n"
       "A topic a channel: poses, scans, sonar frames, paths, submaps, the pose graph and STATUS as "
-      "Foxglove's "
-      "messages, which are drawn; with all their fields as CHANNEL/fields. Other channels with all "
+      "Foxglove's messages, which are drawn; with all their fields as CHANNEL/fields. Other "
+      "channels with all "
       "fields. Frames on topic tf.");
   const auto arguments = std::make_shared<ExportArguments>();
   command->add_option("log", arguments->log, "LCM event log")->required();

@@ -12,6 +12,7 @@ namespace {
 
 constexpr const char* kVersion = VOG_VERSION;
 constexpr double kMaxLag_s = 0.2;
+constexpr Duration kRunPeriod = std::chrono::seconds(10);
 
 truth_t ToMessage(const TruthRecord& record) {
   truth_t message{};
@@ -80,18 +81,20 @@ SimNode::SimNode(Bus& bus, const SimSettings& settings, SimWires wires)
       [this] { return time_; });
 }
 
-void SimNode::PublishRun() {
+void SimNode::PublishRunIfDue() {
+  if (time_ < run_due_) return;
+  run_due_ = time_ + kRunPeriod;
   run_t run{};
   run.program_version = kVersion;
   run.config_toml = settings_.config_toml;
   run.seed = settings_.mission.seed;
   run.mode = NameOf(MissionModeNames(), settings_.mission.mode);
-  endpoint_.Publish(inputs::kRun, run, Time{});
+  endpoint_.Publish(inputs::kRun, run, time_);
 }
 
 void SimNode::AdvanceTo(Time time) {
-  if (time == Time{}) PublishRun();
   time_ = time;
+  PublishRunIfDue();
   const Emissions emissions = world_.AdvanceTo(time);
   PublishAll(endpoint_, inputs::kTruth, emissions.truth);
   TellNavigation(emissions);

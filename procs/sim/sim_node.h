@@ -73,7 +73,8 @@ class SimNode {
 
  private:
   void OnCommand(const control_t& message);
-  void PublishRun();
+  /// Now and again: a recorder that has missed one, or comes late, hears the next.
+  void PublishRunIfDue();
   void TellNavigation(const Emissions& emissions);
   void TellSonar(const Emissions& emissions);
 
@@ -83,6 +84,7 @@ class SimNode {
   Endpoint endpoint_;
   World world_;
   Time time_;
+  Time run_due_;
   Time commanded_;
 };
 

@@ -58,6 +58,17 @@ class SimNodeTest : public testing::Test {
   SimNode dut_;
 };
 
+TEST_F(SimNodeTest, TellsTheRunAgainForThoseWhoMissedIt) {
+  dut_.AdvanceTo(Time{});
+  RunTo(21);
+  const auto runs = bench_.Said(inputs::kRun);
+  ASSERT_EQ(runs.size(), 3u);
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    EXPECT_NEAR(ToSeconds(TimeOf(runs[i].header)), 10.0 * static_cast<double>(i), 0.3);
+    EXPECT_EQ(runs[i].config_toml, runs[0].config_toml);
+  }
+}
+
 TEST_F(SimNodeTest, TellsTheRunFirst) {
   dut_.AdvanceTo(Time{});
   RunTo(1);

@@ -46,6 +46,7 @@ class Recorder {
 
  private:
   void OnRun(const run_t& run) {
+    if (has_run_) return;
     record_.config = Config::Parse(run.config_toml, "the log's configuration");
     record_.mode = run.mode;
     record_.seed = run.seed;

@@ -64,6 +64,7 @@ class LogScanner {
 
  private:
   void OnRun(const run_t& run) {
+    if (has_run_) return;
     run_.program_version = run.program_version;
     run_.mode = run.mode;
     run_.seed = run.seed;

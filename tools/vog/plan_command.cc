@@ -44,14 +44,16 @@ void AddPlanCommand(CLI::App& app) {
   plan->require_subcommand(1);
   auto* bench = plan->add_subcommand(
       "bench",
-      "How long a planning step takes, against the number of submaps: each planner on the first "
-      "submaps of a map, from places along the flight.");
+      "How long a planning step takes, against the number of submaps: each planner flies along a "
+      "map, its submaps come one by one, and from the base of each it plans.");
   const auto arguments = std::make_shared<PlanBenchArguments>();
   bench->add_option("map", arguments->options.map, "the map's folder")->required();
   bench->add_option("--config", arguments->config.file, "mission file with the box and the sonar");
   bench->add_option("--set", arguments->config.settings, "table.key=value, on top of the file");
   bench->add_option("--submaps", arguments->options.submaps, "sizes of the map")->delimiter(',');
-  bench->add_option("--plans", arguments->options.plans, "for each size")
+  bench
+      ->add_option("--plans", arguments->options.plans,
+                   "for each size: the last steps that led up to it")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
   bench->add_flag("--json", arguments->json, "print JSON");

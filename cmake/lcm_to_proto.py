@@ -100,7 +100,7 @@ def main():
         + "\n".join(message.to_proto() for message in messages))
     includes = "".join(f'#include "vog/{message.lcm_name}.hpp"\n' for message in messages)
     (folder / "to_proto.h").write_text(
-        f'{made}#pragma once\n\n#include "tools/log/utf8.h"\n{includes}'
+        f'{made}#pragma once\n\n#include "lib/foxglove/utf8.h"\n{includes}'
         '#include "vogmap/messages.pb.h"\n\nnamespace vog {\n\n'
         + "".join(message.signature() + ";\n" for message in messages) + "\n"
         + "\n".join(message.to_cpp() for message in messages) + "\n}  // namespace vog\n")

@@ -13,6 +13,7 @@ from vog_testing import ROOT, VogTest, config, contents, vog
 
 BUILD = pathlib.Path(os.environ.get("VOG_BUILD", ROOT / "build"))
 READER = ROOT / "test/export/mcap_reader.mjs"
+SUBMAPS = 2
 
 DRAWN = {
     "TRUTH": "foxglove.PoseInFrame", "VEHICLE_NAV": "foxglove.PoseInFrame",
@@ -47,7 +48,7 @@ class ExportTest(VogTest):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        done = vog("mission", config("tank"), "--max-submaps", "2", "--out", cls.scratch / "run")
+        done = vog("mission", config("tank"), "--max-submaps", str(SUBMAPS), "--out", cls.scratch / "run")
         assert done.returncode == 0, done.stderr
         cls.log = cls.scratch / "run/lcm.log"
         cls.mcap = cls.scratch / "run.mcap"
@@ -75,22 +76,25 @@ class ExportTest(VogTest):
         self.assertEqual({topic: topics[topic] for topic in counts}, counts)
         fields = {f"{channel}/fields": counts[channel] for channel in DRAWN}
         self.assertEqual({topic: topics[topic] for topic in fields}, fields)
-        self.assertEqual(set(topics), {*counts, *fields, "tf"})
+        self.assertEqual(set(topics), {*counts, *fields, "tf", "tf/submaps", "SUBMAP/voxels"})
         self.assertEqual(topics["tf"], counts["NAV"] + counts["POSE"])
+        self.assertEqual(topics["tf/submaps"], counts["SUBMAP_POSES"])
+        self.assertEqual(topics["SUBMAP/voxels"], SUBMAPS)
         self.assertEqual(self.read["statistics"]["messages"], sum(topics.values()))
         self.assertEqual(self.read["streamed"], sum(topics.values()), "by its indexes and without")
         self.assertGreater(self.read["statistics"]["chunks"], 1)
 
     def test_schemas_are_those_that_others_draw(self):
         schemas = {topic: found["schema"] for topic, found in self.channels.items()}
-        for topic, schema in {**DRAWN, **PLAIN, "tf": "foxglove.FrameTransform"}.items():
+        frames = {"tf": "foxglove.FrameTransform", "tf/submaps": "foxglove.FrameTransforms"}
+        for topic, schema in {**DRAWN, **PLAIN, **frames}.items():
             self.assertEqual(schemas[topic], schema)
         self.assertEqual(schemas["NAV/fields"], "vogmap.Nav")
         self.assertEqual({found["messageEncoding"] for found in self.channels.values()}, {"protobuf"})
         self.assertEqual(self.read["header"]["profile"], "")
 
     def test_our_copies_of_foxgloves_schemas_are_foxgloves(self):
-        found = ask_reader("schemas", ROOT / "tools/log/foxglove")
+        found = ask_reader("schemas", ROOT / "lib/foxglove/foxglove")
         self.assertEqual(found["differing"], [])
         self.assertGreater(found["compared"], 20)
 
@@ -137,6 +141,37 @@ class ExportTest(VogTest):
         for point, submap in zip(lines[0]["points"], (graph.edge[0].from_id, graph.edge[0].to_id)):
             self.assertEqual([point[axis] for axis in "xyz"], list(poses.X_WM[submap].position_m))
         self.assertEqual(self.channels["SCAN/fields"]["last"]["content"]["beams"], scan.beams)
+
+    def test_voxels_hang_on_their_submaps_frames(self):
+        poses, _ = self.last_of("SUBMAP_POSES", self.types.submap_poses_t)
+        frames = self.channels["tf/submaps"]["last"]["content"]["transforms"]
+        self.assertEqual([frame["child_frame_id"] for frame in frames],
+                         [f"M{submap}" for submap in poses.submap_id])
+        for frame, X_WM in zip(frames, poses.X_WM):
+            self.assertEqual(frame["parent_frame_id"], "W")
+            self.assertEqual([frame["translation"][axis] for axis in "xyz"], list(X_WM.position_m))
+        entity = self.channels["SUBMAP/voxels"]["last"]["content"]["entities"][0]
+        self.assertEqual(entity["frame_id"], f"M{SUBMAPS - 1}")
+        self.assertTrue(entity["frame_locked"])
+        # The octree that the mission saved holds them all.
+        listed = self.run_vog("map", "query", self.scratch / "run/map", "--points", self.centres(entity, poses))
+        states = [line.split()[3] for line in listed.splitlines() if not line.startswith("#")]
+        self.assertGreater(len(states), 100)
+        self.assertGreater(states.count("occupied") / len(states), 0.8)
+
+    def centres(self, entity, poses):
+        """The cubes' centres in W, in a file. The last submap may lie in others that saw free water."""
+        w, x, y, z = poses.X_WM[SUBMAPS - 1].quaternion_wxyz
+        path = self.scratch / "centres.txt"
+        lines = []
+        for cube in entity["cubes"]:
+            p = [cube["pose"]["position"][axis] for axis in "xyz"]
+            cross = [y * p[2] - z * p[1], z * p[0] - x * p[2], x * p[1] - y * p[0]]
+            again = [y * cross[2] - z * cross[1], z * cross[0] - x * cross[2], x * cross[1] - y * cross[0]]
+            lines.append(" ".join(repr(o + a + 2 * (w * c + d)) for o, a, c, d in
+                                  zip(poses.X_WM[SUBMAPS - 1].position_m, p, cross, again)))
+        path.write_text("\n".join(lines) + "\n")
+        return path
 
     def test_equal_logs_give_equal_bytes(self):
         again = self.scratch / "again.mcap"

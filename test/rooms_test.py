@@ -86,6 +86,7 @@ class RoomsTest(unittest.TestCase):
                 ("sim/world/x.cc", '#include "lib/slam/slam.h"'),
                 ("lib/slam/x.h", '#include "vog/graph_t.hpp"'),
                 ("lib/collision/x.h", "#include <fcl/fcl.h>"),
+                ("procs/viewer/x.cc", '#include "foxglove/Pose.pb.h"'),
                 ("lib/slam/x.cc", "auto t = std::chrono::steady_clock::now();"),
                 ("procs/sim/x.cc", "std::random_device seed;"),
                 ("lib/nosuch/x.h", "")):

@@ -92,9 +92,15 @@ class Endpoint {
         ++counts_.malformed;
       } else if (Accept(name, message.header)) {
         handler(now, message);
+        if (observer_) observer_(now, name, bytes);
       }
     });
   }
+
+  /// Called after the handler with each accepted message as it came: for who passes on what is
+  /// said.
+  using Observer = std::function<void(Time now, const std::string& channel, Bytes bytes)>;
+  void Observe(Observer observer) { observer_ = std::move(observer); }
 
   /// To be called by a handler that finds impossible values in a message.
   void NoteMalformed() { ++counts_.malformed; }
@@ -136,6 +142,7 @@ class Endpoint {
   std::string process_;
   std::int64_t run_id_;
   std::set<std::string> subscribed_;
+  Observer observer_;
   std::map<std::string, std::int64_t> next_sequence_;
   std::map<std::pair<std::string, std::string>, Heard> heard_;  // By channel and sender.
   Counts counts_;

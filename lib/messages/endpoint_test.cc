@@ -56,6 +56,22 @@ TEST_F(EndpointTest, MessagesArriveWithTheirHeads) {
   EXPECT_EQ(receiver_.counts().received, 3);
 }
 
+TEST_F(EndpointTest, AnObserverSeesWhatIsAcceptedAsItCame) {
+  std::vector<FakeBus::Sent> seen;
+  receiver_.Observe([&](Time now, const std::string& channel, Bytes bytes) {
+    EXPECT_EQ(now, FromUtime(5));
+    EXPECT_EQ(heard_.size(), seen.size() + 1) << "after the handler";
+    seen.push_back({channel, {bytes.begin(), bytes.end()}});
+  });
+  const auto message = Say();
+  receiver_bus_.Deliver(message, FromUtime(5));
+  receiver_bus_.Deliver(message, FromUtime(5));  // Twice: stale.
+  receiver_bus_.Deliver({"NAV", {1, 2, 3}}, FromUtime(5));
+  ASSERT_EQ(seen.size(), 1u);
+  EXPECT_EQ(seen[0].channel, "NAV");
+  EXPECT_EQ(seen[0].bytes, message.bytes);
+}
+
 TEST_F(EndpointTest, ChannelsCountForThemselves) {
   Say();
   sender_.Publish(inputs::kDepth, depth_t{}, Time{});

@@ -4,7 +4,6 @@
 #include <cstring>
 
 #include "lib/base/files.h"
-#include "lib/messages/convert.h"
 
 namespace vog {
 namespace {
@@ -42,38 +41,20 @@ SubmapReceiver::SubmapReceiver(Endpoint& endpoint, Callbacks callbacks)
 }
 
 void SubmapReceiver::OnChunk(const chunk_t& chunk) {
-  if (chunk.item < 0 || chunk.item > std::numeric_limits<SubmapId>::max()) {
-    endpoint_.NoteMalformed();
-    return;
-  }
-  const auto id = static_cast<SubmapId>(chunk.item);
-  const auto known = checksums_.find(id);
-  if (known != checksums_.end() && known->second == chunk.version) return;
-  const auto whole = assembler_.Add(chunk);
-  if (!whole) return;
-  submap_t message{};
-  std::optional<SubmapPtr> submap;
-  if (Decode(whole->bytes, message)) submap = FromMessage(message);
-  if (!submap || (*submap)->id() != id) {
-    endpoint_.NoteMalformed();
-    return;
-  }
-  if (known != checksums_.end()) {
-    checksums_.clear();
-    callbacks_.on_reset();
-  }
-  checksums_[id] = static_cast<std::uint32_t>(chunk.version);
-  callbacks_.on_submap(*submap);
+  const SubmapAssembler::Result result = submaps_.Add(chunk);
+  if (result.is_malformed) endpoint_.NoteMalformed();
+  if (result.is_of_another_map) callbacks_.on_reset();
+  if (result.submap) callbacks_.on_submap(result.submap);
 }
 
 bool SubmapReceiver::IsComplete() const {
-  return announced_ >= 0 && static_cast<int>(checksums_.size()) >= announced_;
+  return announced_ >= 0 && static_cast<int>(submaps_.checksums().size()) >= announced_;
 }
 
 std::int64_t SubmapReceiver::DigestOf(int submaps) const {
   std::int64_t digest = 0;
   SubmapId newest = -1;
-  for (const auto& [id, checksum] : checksums_) {
+  for (const auto& [id, checksum] : submaps_.checksums()) {
     if (id != ++newest || id >= submaps) break;
     digest = AppendToDigest(digest, checksum);
   }
@@ -87,16 +68,16 @@ void SubmapReceiver::OnMapStatus(const map_status_t& status) {
   }
   announced_ = status.submaps;
   if (Contradicts(status)) {
-    checksums_.clear();
+    submaps_.Clear();
     callbacks_.on_reset();
   }
   callbacks_.on_status(status);
 }
 
 bool SubmapReceiver::Contradicts(const map_status_t& status) const {
-  if (static_cast<int>(checksums_.size()) > announced_) return true;
+  if (static_cast<int>(submaps_.checksums().size()) > announced_) return true;
   for (int id = 0; id < announced_; ++id) {
-    if (!checksums_.count(id)) return false;  // Not all here yet.
+    if (!submaps_.checksums().count(id)) return false;  // Not all here yet.
   }
   return DigestOf(announced_) != status.digest;
 }
@@ -106,7 +87,7 @@ void SubmapReceiver::AskForMissing(Time now) {
   request.request_id = next_request_;
   request.kind = "submaps";
   for (int id = 0; id < announced_before_ && request.ids < kMaxRequested; ++id) {
-    if (checksums_.count(id)) continue;
+    if (submaps_.checksums().count(id)) continue;
     request.submap_id.push_back(id);
     ++request.ids;
   }

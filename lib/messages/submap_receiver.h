@@ -1,10 +1,8 @@
 #pragma once
 
 #include <functional>
-#include <map>
 
-#include "lib/messages/endpoint.h"
-#include "lib/submap/submap.h"
+#include "lib/messages/submap_assembler.h"
 #include "vog/submap_t.hpp"
 
 namespace vog {
@@ -33,7 +31,7 @@ class SubmapReceiver {
   /// is well.
   std::int64_t digest() const { return DigestOf(announced_); }
 
-  std::int64_t dropped() const { return assembler_.dropped(); }
+  std::int64_t dropped() const { return submaps_.dropped(); }
 
  private:
   void OnChunk(const chunk_t& chunk);
@@ -44,8 +42,7 @@ class SubmapReceiver {
 
   Endpoint& endpoint_;
   Callbacks callbacks_;
-  ChunkAssembler assembler_;
-  std::map<SubmapId, std::uint32_t> checksums_;  // Of the submaps received.
+  SubmapAssembler submaps_;
   int announced_ = -1;
   int announced_before_ = -1;  // A tick ago: what was announced since may still be under way.
   std::int64_t next_request_ = 1;

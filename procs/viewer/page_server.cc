@@ -1,13 +1,15 @@
 #include "procs/viewer/page_server.h"
 
+#include <algorithm>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
-#include <deque>
-#include <nlohmann/json.hpp>
+#include <charconv>
 #include <set>
+
+#include "procs/viewer/foxglove_session.h"
 
 namespace vog {
 namespace {
@@ -27,15 +29,6 @@ constexpr std::size_t kMaxRequest_bytes = 16 << 10;
 constexpr std::size_t kMaxConnections = 64;
 constexpr std::chrono::seconds kHttpTimeout(20);
 constexpr std::chrono::seconds kHelloTimeout(10);
-constexpr std::uint16_t kWrongToken = 4401;
-
-/// Takes as long whatever the first difference is.
-bool AreEqual(const std::string& a, const std::string& b) {
-  unsigned difference = a.size() != b.size();
-  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i)
-    difference |= static_cast<unsigned>(a[i] ^ b[i]);
-  return difference == 0;
-}
 
 /// A Host header without its port.
 std::string HostName(const std::string& host) {
@@ -47,15 +40,65 @@ std::string HeaderOf(const Request& request, http::field field) {
   return std::string(request[field]);
 }
 
+std::string PathOf(const Request& request) {
+  return std::string(request.target().substr(0, request.target().find('?')));
+}
+
+/// Text of an address with its %XX turned into what they stand for.
+std::string Unescape(std::string_view text) {
+  std::string plain;
+  while (!text.empty()) {
+    unsigned char byte = static_cast<unsigned char>(text[0]);
+    std::size_t size = 1;
+    if (text[0] == '%' && text.size() >= 3) {
+      const char* const end = text.data() + 3;
+      if (std::from_chars(text.data() + 1, end, byte, 16).ptr == end) size = 3;
+    }
+    plain += static_cast<char>(byte);
+    text.remove_prefix(size);
+  }
+  return plain;
+}
+
+/// The token in a target's query; empty where there is none.
+std::string TokenIn(std::string_view target) {
+  constexpr std::string_view kName = "token=";
+  std::size_t at = target.find('?');
+  while (at != std::string_view::npos) {
+    const std::string_view rest = target.substr(at + 1);
+    at = target.find('&', at + 1);
+    if (rest.starts_with(kName))
+      return Unescape(rest.substr(kName.size(), rest.find('&') - kName.size()));
+  }
+  return "";
+}
+
+/// The first of Foxglove's subprotocols that a client offers; empty where it offers none.
+std::string FoxgloveSubprotocolOf(const Request& request) {
+  for (const auto offered : http::token_list(request[http::field::sec_websocket_protocol])) {
+    const auto& known = FoxgloveSession::kSubprotocols;
+    if (std::find(known.begin(), known.end(), std::string_view(offered.data(), offered.size())) !=
+        known.end())
+      return std::string(offered);
+  }
+  return "";
+}
+
 }  // namespace
 
 /// What connections share.
 class PageServer::Server {
  public:
-  Server(const ViewerOptions& options, const Board& board, std::map<std::string, PageFile> pages,
-         MessageHandler handler)
+  struct Refusal {
+    http::status status;
+    const char* text;
+  };
+
+  Server(const ViewerOptions& options, const Board& board, const FoxgloveFeed& feed,
+         std::map<std::string, PageFile> pages, MessageHandler handler)
       : options(options),
         board(board),
+        feed(feed),
         pages(std::move(pages)),
         handler(std::move(handler)),
         acceptor(io) {}
@@ -65,10 +108,15 @@ class PageServer::Server {
   void PumpAll();
   bool IsAllowedHost(const Request& request) const;
   bool IsOwnOrigin(const Request& request) const;
+  bool ShowsToken(const Request& request) const;
+  /// Why a WebSocket is not granted.
+  std::optional<Refusal> RefusalOf(const Request& request) const;
+  std::unique_ptr<WebSession> MakeSession(const Request& request);
   Response Answer(const Request& request) const;
 
   const ViewerOptions options;
   const Board& board;
+  const FoxgloveFeed& feed;
   const std::map<std::string, PageFile> pages;
   const MessageHandler handler;
   std::size_t connections = 0;
@@ -78,11 +126,14 @@ class PageServer::Server {
   std::set<std::shared_ptr<Client>> clients;
 };
 
-/// A page that listens.
+/// A WebSocket and what is said over it.
 class PageServer::Client : public std::enable_shared_from_this<Client> {
  public:
-  Client(Server& server, beast::tcp_stream stream)
-      : server_(server), socket_(std::move(stream)), hello_timer_(server_.io) {
+  Client(Server& server, beast::tcp_stream stream, std::unique_ptr<WebSession> session)
+      : server_(server),
+        socket_(std::move(stream)),
+        session_(std::move(session)),
+        hello_timer_(server_.io) {
     ++server_.connections;
   }
   ~Client() { --server_.connections; }
@@ -90,6 +141,10 @@ class PageServer::Client : public std::enable_shared_from_this<Client> {
   void Start(const Request& request) {
     beast::get_lowest_layer(socket_).expires_never();  // The WebSocket has time-outs of its own.
     socket_.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
+    socket_.set_option(websocket::stream_base::decorator(
+        [subprotocol = FoxgloveSubprotocolOf(request)](websocket::response_type& response) {
+          if (!subprotocol.empty()) response.set(http::field::sec_websocket_protocol, subprotocol);
+        }));
     socket_.read_message_max(kMaxMessage_bytes);
     socket_.auto_fragment(false);  // Into 4 kB, which costs a system call each.
     socket_.async_accept(request, [self = shared_from_this()](error_code error) {
@@ -99,34 +154,21 @@ class PageServer::Client : public std::enable_shared_from_this<Client> {
       self->hello_timer_.expires_after(kHelloTimeout);
       self->hello_timer_.async_wait([self](error_code cancelled) {
         // A slow page may come again; it has shown no wrong token.
-        if (!cancelled && !self->is_welcome_) self->Close(websocket::close_code::try_again_later);
+        if (!cancelled && !self->session_->IsWelcome())
+          self->Close(websocket::close_code::try_again_later);
       });
       self->Read();
+      self->Pump();
     });
   }
 
   /// Begins to send what is next, unless something is under way.
   void Pump() {
-    if (!is_welcome_ || is_writing_ || is_closing_) return;
-    if (const auto frame = NextFrame()) Write(*frame);
+    if (is_writing_ || is_closing_) return;
+    if (const auto frame = session_->NextFrame()) Write(*frame);
   }
 
  private:
-  std::optional<Frame> NextFrame() {
-    if (!replies_.empty()) {
-      const Frame frame = replies_.front();
-      replies_.pop_front();
-      return frame;
-    }
-    if (generation_ != server_.board.generation()) {
-      generation_ = server_.board.generation();
-      revision_ = 0;
-      return TextFrame(R"({"k":"reset"})");
-    }
-    const Frame* const frame = server_.board.After(revision_);
-    return frame != nullptr ? std::optional(*frame) : std::nullopt;
-  }
-
   void Write(const Frame& frame) {
     is_writing_ = true;
     socket_.text(frame.is_text);
@@ -137,8 +179,7 @@ class PageServer::Client : public std::enable_shared_from_this<Client> {
         [self = shared_from_this(), bytes = frame.bytes](error_code error, std::size_t) {
           self->is_writing_ = false;
           if (error) return self->Leave();
-          // Who asks much and reads little is not listened to meanwhile.
-          if (self->replies_.empty() && !self->is_reading_) self->Read();
+          if (!self->session_->HasAnswers() && !self->is_reading_) self->Read();
           self->Pump();
         });
   }
@@ -149,41 +190,17 @@ class PageServer::Client : public std::enable_shared_from_this<Client> {
     socket_.async_read(buffer_, [self = shared_from_this()](error_code error, std::size_t) {
       self->is_reading_ = false;
       if (error) return self->Leave();
-      const std::string text = beast::buffers_to_string(self->buffer_.data());
+      const std::string bytes = beast::buffers_to_string(self->buffer_.data());
       self->buffer_.consume(self->buffer_.size());
-      self->OnMessage(text);
+      self->OnMessage(bytes);
     });
   }
 
-  void OnMessage(const std::string& text) {
-    const auto message = nlohmann::json::parse(text, nullptr, false);
-    if (!socket_.got_text() || !message.is_object()) {
-      ++server_.counts.malformed;
-      return Close(websocket::close_code::policy_error);
-    }
-    if (!is_welcome_) {
-      if (!Welcome(message)) return;
-    } else {
-      for (Frame& frame : server_.handler(text)) replies_.push_back(std::move(frame));
-    }
+  void OnMessage(const std::string& bytes) {
+    if (const auto code = session_->OnMessage(bytes, socket_.got_text())) return Close(*code);
+    if (session_->IsWelcome()) hello_timer_.cancel();
     Pump();
-    if (replies_.empty()) Read();
-  }
-
-  bool Welcome(const nlohmann::json& message) {
-    const auto token = message.find("token");
-    const std::string shown =
-        token != message.end() && token->is_string() ? token->get<std::string>() : "";
-    if (!server_.options.token.empty() && !AreEqual(shown, server_.options.token)) {
-      ++server_.counts.refused;
-      Close(kWrongToken);
-      return false;
-    }
-    is_welcome_ = true;
-    hello_timer_.cancel();
-    replies_.push_back(TextFrame(
-        nlohmann::json({{"k", "welcome"}, {"operators", server_.options.operators}}).dump()));
-    return true;
+    if (!session_->HasAnswers()) Read();
   }
 
   void Close(std::uint16_t code) {
@@ -202,11 +219,10 @@ class PageServer::Client : public std::enable_shared_from_this<Client> {
 
   Server& server_;
   websocket::stream<beast::tcp_stream> socket_;
+  std::unique_ptr<WebSession> session_;
   asio::steady_timer hello_timer_;
   beast::flat_buffer buffer_;
-  std::deque<Frame> replies_;                    // To this client alone; before anything else.
-  std::int64_t generation_ = -1, revision_ = 0;  // Of the board, as far as it was read.
-  bool is_welcome_ = false, is_reading_ = false, is_writing_ = false, is_closing_ = false;
+  bool is_reading_ = false, is_writing_ = false, is_closing_ = false;
 };
 
 /// A connection before, or without, an upgrade to a WebSocket.
@@ -232,13 +248,13 @@ class PageServer::Http : public std::enable_shared_from_this<Http> {
 
  private:
   void OnRequest(const Request& request) {
-    const bool is_live = request.target() == "/live";
-    if (websocket::is_upgrade(request) && is_live && server_.IsAllowedHost(request) &&
-        server_.IsOwnOrigin(request)) {
-      std::make_shared<Client>(server_, std::move(stream_))->Start(request);
+    const bool is_upgrade = websocket::is_upgrade(request);
+    if (is_upgrade && !server_.RefusalOf(request)) {
+      std::make_shared<Client>(server_, std::move(stream_), server_.MakeSession(request))
+          ->Start(request);
       return;
     }
-    if (is_live) ++server_.counts.refused;
+    if (is_upgrade || PathOf(request) == "/live") ++server_.counts.refused;
     response_ = server_.Answer(request);
     http::async_write(stream_, response_,
                       [self = shared_from_this()](error_code error, std::size_t) {
@@ -307,6 +323,39 @@ bool PageServer::Server::IsOwnOrigin(const Request& request) const {
   return origin.empty() || origin == "http://" + host || origin == "https://" + host;
 }
 
+bool PageServer::Server::ShowsToken(const Request& request) const {
+  return options.IsToken(TokenIn({request.target().data(), request.target().size()}));
+}
+
+std::optional<PageServer::Server::Refusal> PageServer::Server::RefusalOf(
+    const Request& request) const {
+  const std::string path = PathOf(request);
+  if (!IsAllowedHost(request))
+    return Refusal{http::status::forbidden, "This page is served on loopback alone.\n"};
+  if (path == "/live") {
+    if (!IsOwnOrigin(request))
+      return Refusal{http::status::forbidden, "Not from another server's page.\n"};
+    return std::nullopt;
+  }
+  if (path != "/") return Refusal{http::status::not_found, "Not here.\n"};
+  if (FoxgloveSubprotocolOf(request).empty())
+    return Refusal{http::status::bad_request,
+                   "A WebSocket here speaks foxglove.websocket.v1 or foxglove.sdk.v1.\n"};
+  if (!ShowsToken(request))
+    return Refusal{http::status::unauthorized, "The address must end in ?token=...\n"};
+  if (options.token.empty() && !IsOwnOrigin(request))
+    return Refusal{http::status::forbidden,
+                   "From another server's page with a token alone: set viewer.token.\n"};
+  return std::nullopt;
+}
+
+/// @pre it is not refused.
+std::unique_ptr<WebSession> PageServer::Server::MakeSession(const Request& request) {
+  if (PathOf(request) == "/live")
+    return std::make_unique<PageSession>(options, board, handler, counts);
+  return std::make_unique<FoxgloveSession>(feed, counts);
+}
+
 Response PageServer::Server::Answer(const Request& request) const {
   Response response(http::status::ok, request.version());
   response.keep_alive(request.keep_alive());
@@ -316,8 +365,8 @@ Response PageServer::Server::Answer(const Request& request) const {
   response.set("Content-Security-Policy",
                "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
                "frame-ancestors 'none'");
-  const std::string target(request.target().substr(0, request.target().find('?')));
-  const auto page = pages.find(target);
+  const std::string path = PathOf(request);
+  const auto page = pages.find(path);
   const auto refuse = [&](http::status status, const char* text) {
     response.result(status);
     response.body() = text;
@@ -327,12 +376,11 @@ Response PageServer::Server::Answer(const Request& request) const {
     response.set(http::field::allow, "GET, HEAD");
   } else if (!IsAllowedHost(request)) {
     refuse(http::status::forbidden, "This page is served on loopback alone.\n");
-  } else if (target == "/live") {
-    if (websocket::is_upgrade(request)) {
-      refuse(http::status::forbidden, "Not from another server's page.\n");
-    } else {
-      refuse(http::status::upgrade_required, "A WebSocket.\n");
-    }
+  } else if (websocket::is_upgrade(request)) {
+    const Refusal refusal = RefusalOf(request).value();
+    refuse(refusal.status, refusal.text);
+  } else if (path == "/live") {
+    refuse(http::status::upgrade_required, "A WebSocket.\n");
   } else if (page == pages.end()) {
     refuse(http::status::not_found, "Not here.\n");
   } else {
@@ -344,10 +392,10 @@ Response PageServer::Server::Answer(const Request& request) const {
   return response;
 }
 
-PageServer::PageServer(const ViewerOptions& options, const Board& board,
+PageServer::PageServer(const ViewerOptions& options, const Board& board, const FoxgloveFeed& feed,
                        std::map<std::string, PageFile> pages, MessageHandler handler) {
   options.Validate();
-  server_ = std::make_unique<Server>(options, board, std::move(pages), std::move(handler));
+  server_ = std::make_unique<Server>(options, board, feed, std::move(pages), std::move(handler));
   server_->Listen();
 }
 

@@ -19,7 +19,7 @@ class PageServerTest : public testing::Test {
   PageServer& Dut() {
     if (!dut_)
       dut_ = std::make_unique<PageServer>(
-          options_, board_,
+          options_, board_, feed_,
           std::map<std::string, PageFile>{{"/", {"text/html", "<p>page</p>"}},
                                           {"/app.js", {"text/javascript", "code"}}},
           [this](const std::string& text) {
@@ -47,6 +47,7 @@ class PageServerTest : public testing::Test {
 
   ViewerOptions options_;
   Board board_;
+  FoxgloveFeed feed_;
   std::vector<std::string> asked_;
   std::vector<Frame> replies_;
   std::unique_ptr<PageServer> dut_;
@@ -203,6 +204,70 @@ TEST_F(PageServerTest, BytesThatMakeNoSenseEndTheirConnectionAlone) {
   EXPECT_EQ(good->Hear(), "still here");
 }
 
+/// Headers of an upgrade to Foxglove's protocol.
+std::string Offering(const std::string& subprotocols, const std::string& more = "") {
+  return "Host: 127.0.0.1\r\nSec-WebSocket-Protocol: " + subprotocols + "\r\n" + more;
+}
+
+TEST_F(PageServerTest, FoxglovesClientsAreServedAtTheRootUnderBothNames) {
+  const ProtoSchema schema{"vogmap.Nav", "descriptor"};
+  feed_.Post({.topic = "NAV", .key = "", .schema = &schema, .bytes = "here", .log_ns = 5});
+  for (const auto& [offered, chosen] :
+       {std::pair("foxglove.websocket.v1", "foxglove.websocket.v1"),
+        std::pair("foxglove.sdk.v1", "foxglove.sdk.v1"),
+        std::pair("x, foxglove.sdk.v1 , foxglove.websocket.v1", "foxglove.sdk.v1")}) {
+    auto client = Connect();
+    ASSERT_TRUE(client->Upgrade(Offering(offered), "/")) << client->head;
+    EXPECT_NE(client->head.find(std::string("Sec-WebSocket-Protocol: ") + chosen),
+              std::string::npos)
+        << client->head;
+    EXPECT_TRUE(client->Hear().value_or("").starts_with("{")) << "serverInfo, without a hello";
+    EXPECT_NE(client->Hear().value_or("").find("NAV"), std::string::npos);
+    EXPECT_EQ(client->Hear().value_or("").size(), 9u) << "the time";
+    client->Say(R"({"op":"subscribe","subscriptions":[{"id":258,"channelId":1}]})");
+    EXPECT_EQ(client->Hear(), std::string("\1\2\1\0\0\5\0\0\0\0\0\0\0here", 17));
+    client->Say("{");
+    EXPECT_NE(client->Hear().value_or("").find("status"), std::string::npos);
+    client->Say(std::string(20000, ' '));  // Longer than anything that is meant.
+    EXPECT_EQ(client->Hear(), std::nullopt);
+  }
+  EXPECT_TRUE(asked_.empty());
+}
+
+TEST_F(PageServerTest, FoxglovesClientsMustBeAllowedToo) {
+  const std::string foxglove = "foxglove.websocket.v1";
+  EXPECT_FALSE(Connect()->Upgrade("Host: 127.0.0.1\r\n", "/")) << "no subprotocol";
+  EXPECT_FALSE(Connect()->Upgrade(Offering("mqtt"), "/"));
+  EXPECT_FALSE(Connect()->Upgrade(Offering(foxglove), "/elsewhere"));
+  EXPECT_FALSE(Connect()->Upgrade(
+      "Host: evil.example\r\nSec-WebSocket-Protocol: " + foxglove + "\r\n", "/"));
+  EXPECT_FALSE(Connect()->Upgrade(Offering(foxglove, "Origin: http://evil.example\r\n"), "/"));
+  EXPECT_FALSE(Connect()->Upgrade(Offering(foxglove, "Origin: null\r\n"), "/?token="));
+  EXPECT_EQ(Dut().counts().refused, 6);
+  EXPECT_TRUE(
+      Connect()->Upgrade(Offering(foxglove, "Origin: http://127.0.0.1\r\n"), "/?token=any"));
+}
+
+TEST_F(PageServerTest, FoxglovesClientsShowTheTokenInTheirAddress) {
+  options_.token = kToken;
+  const std::string offering = Offering("foxglove.sdk.v1");
+  for (const char* target :
+       {"/", "/?token=", "/?token=correct", "/?nottoken=correct%20horse%20battery",
+        "/?token=correct%20horse%20batter%", "/?token=%", "/?%zz", "/?token=correct+horse+battery"})
+    EXPECT_FALSE(Connect()->Upgrade(offering, target)) << target;
+  EXPECT_EQ(Dut().counts().refused, 8);
+  for (const char* target :
+       {"/?token=correct%20horse%20battery", "/?a=b&token=correct%20horse%20battery&c"})
+    EXPECT_TRUE(Connect()->Upgrade(offering, target)) << target;
+  // A web page of another server that knows it, as Lichtblick's is.
+  EXPECT_TRUE(
+      Connect()->Upgrade(Offering("foxglove.sdk.v1", "Origin: http://lichtblick.example\r\n"),
+                         "/?token=correct%20horse%20battery"));
+  EXPECT_FALSE(
+      Connect()->Upgrade("Host: localhost\r\nOrigin: http://lichtblick.example\r\n", "/live"))
+      << "our own page's, which can give orders, stays its own";
+}
+
 TEST_F(PageServerTest, ClientsThatLeaveAreForgotten) {
   for (int i = 0; i < 100; ++i) Listen();  // More than may be connected at once.
   for (int i = 0; i < 50; ++i) Dut().Wait(std::chrono::milliseconds(1));
@@ -223,7 +288,7 @@ TEST_F(PageServerTest, ThereAreNotMoreConnectionsThanItCanServe) {
 TEST_F(PageServerTest, APortThatIsTakenIsALine) {
   options_.port = Dut().port();
   try {
-    const PageServer second(options_, board_, {}, {});
+    const PageServer second(options_, board_, feed_, {}, {});
     FAIL();
   } catch (const SystemError& error) {
     EXPECT_NE(std::string(error.what()).find("viewer.port"), std::string::npos);

@@ -42,10 +42,17 @@ ViewerNode::ViewerNode(Bus& bus, const ViewerSettings& settings)
       endpoint_(bus, "vog-viewer", settings.run_id),
       model_(settings.view, Megabytes(settings.viewer.history_mb)),
       receiver_(endpoint_, {[this](const SubmapPtr& submap) { model_.OnSubmap(submap); },
-                            [this] { model_.OnSubmapsReset(); },
+                            [this] {
+                              model_.OnSubmapsReset();
+                              converter_.ForgetSubmaps(now_);
+                            },
                             [this](const map_status_t& status) { model_.OnMap(status); }}),
-      server_(settings.viewer, model_.board(), EmbeddedPages(),
+      server_(settings.viewer, model_.board(), feed_, EmbeddedPages(),
               [this](const std::string& text) { return OnRequest(text); }) {
+  converter_.SetOccupiedFrom(SensorModel(settings.view.sensor_model).occupied_from);
+  endpoint_.Observe([this](Time now, const std::string& channel, Bytes bytes) {
+    converter_.Add(now, channel, bytes);
+  });
   Subscribe();
   if (settings.view.source != ViewSource::kLive) return;  // A log is of others.
   bus.Every(std::chrono::seconds(1), [this](Time now) { AskForMissingPoses(now); });
@@ -56,6 +63,7 @@ ViewerNode::ViewerNode(Bus& bus, const ViewerSettings& settings)
     counters["clients_refused"] = counts.refused;
     counters["requests_refused"] = counts.malformed + refused_;
     counters["frames_sent"] = counts.frames;
+    counters["messages_skipped"] = counts.skipped;
     counters["sent_kb"] = counts.bytes / 1000;
     counters["history_kb"] = static_cast<std::int64_t>(model_.history().bytes() / 1000);
     return receiver_.IsComplete() ? "ok" : "waiting for submaps";
@@ -97,6 +105,26 @@ void ViewerNode::Subscribe() {
                       [this](Time, const mission_status_t& message) { model_.OnMission(message); });
   endpoint_.Subscribe(outputs::kStatus,
                       [this](Time, const status_t& message) { model_.OnStatus(message); });
+  // The page does not show these.
+  const auto pass_on = [this](const auto&... channels) {
+    (endpoint_.Subscribe(channels, [](Time, const auto&) {}), ...);
+  };
+  pass_on(inputs::kRun, inputs::kVehicleNav, inputs::kDvl, inputs::kImu, inputs::kDepth,
+          inputs::kSonarReturns, inputs::kSonarFrame, outputs::kOperator, outputs::kControl,
+          outputs::kVehicleCommand, outputs::kMapRequest, outputs::kMapReply);
+}
+
+void ViewerNode::ShowMap(const std::vector<SubmapPtr>& submaps, const submap_poses_t& places,
+                         const graph_t& graph) {
+  const Time time = TimeOf(places.header);
+  for (const SubmapPtr& submap : submaps) {
+    model_.OnSubmap(submap);
+    converter_.AddSubmap(time, *submap);
+  }
+  OnSubmapPoses(places);
+  model_.OnGraph(graph);
+  converter_.Add(time, outputs::kSubmapPoses.name, Encode(places));
+  converter_.Add(time, outputs::kGraph.name, Encode(graph));
 }
 
 void ViewerNode::OnSubmapPoses(const submap_poses_t& message) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "lib/base/config.h"
+#include "lib/foxglove/proto_converter.h"
 #include "lib/messages/endpoint.h"
 #include "lib/messages/submap_receiver.h"
 #include "procs/viewer/page_server.h"
@@ -16,9 +17,8 @@ struct ViewerSettings {
   static ViewerSettings From(const Config& config);
 };
 
-/// Shows the run to people: hears what all processes say and serves it as a page.
-/// In: SUBMAP, MAP_STATUS, SUBMAP_POSES, GRAPH, POSE, NAV, SCAN, TRUTH, PLAN, MISSION_STATUS,
-/// STATUS of all. Out: MAP_REQUEST, OPERATOR, STATUS.
+/// Shows the run to people: hears what all processes say and serves it as a page, and to clients of
+/// Foxglove's protocol. In: all channels. Out: MAP_REQUEST, OPERATOR, STATUS.
 class ViewerNode {
  public:
   ViewerNode(Bus& bus, const ViewerSettings& settings);
@@ -27,6 +27,9 @@ class ViewerNode {
   void Step(Time now);
 
   ViewModel& model() { return model_; }
+  /// Shows a map without its run. The times of `places` and `graph` are those of their headers.
+  void ShowMap(const std::vector<SubmapPtr>& submaps, const submap_poses_t& places,
+               const graph_t& graph);
   const Endpoint::Counts& counts() const { return endpoint_.counts(); }
   PageServer& server() { return server_; }
 
@@ -43,6 +46,8 @@ class ViewerNode {
   ViewerSettings settings_;
   Endpoint endpoint_;
   ViewModel model_;
+  FoxgloveFeed feed_;
+  ProtoConverter converter_{[this](const ProtoMessage& message) { feed_.Post(message); }};
   SubmapReceiver receiver_;
   PageServer server_;
   std::int64_t pose_version_ = 0, poses_version_ = 0, graph_version_ = 0;

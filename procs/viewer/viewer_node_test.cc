@@ -69,6 +69,29 @@ class ViewerNodeTest : public testing::Test {
     client->Say(json({{"k", "hello"}, {"token", settings_.viewer.token}}).dump());
     return client;
   }
+  /// A client of Foxglove's protocol that subscribes to all channels; topic -> payloads.
+  std::map<std::string, std::vector<std::string>> HearFeed() {
+    WebClient client(Dut().server().port(), [this] { Dut().Step(bench_.queue.now()); });
+    EXPECT_TRUE(
+        client.Upgrade("Host: localhost\r\nSec-WebSocket-Protocol: foxglove.sdk.v1\r\n", "/"));
+    EXPECT_EQ(json::parse(client.Hear().value_or("null"))["op"], "serverInfo");
+    std::map<std::uint32_t, std::string> topics;
+    json subscriptions = json::array();
+    const json advertised = json::parse(client.Hear().value_or("null"));
+    for (const json& channel : advertised["channels"]) {
+      topics[channel["id"]] = channel["topic"];
+      subscriptions.push_back({{"id", channel["id"]}, {"channelId", channel["id"]}});
+    }
+    client.Say(json({{"op", "subscribe"}, {"subscriptions", subscriptions}}).dump());
+    std::map<std::string, std::vector<std::string>> heard;
+    while (const auto message = client.Hear()) {
+      if ((*message)[0] != 1) continue;
+      std::uint32_t id = 0;
+      std::memcpy(&id, message->data() + 1, sizeof(id));
+      heard[topics.at(id)].push_back(message->substr(13));
+    }
+    return heard;
+  }
   static std::string NameOf(const std::string& message) {
     if (message.starts_with("{")) return json::parse(message)["k"];
     std::uint32_t kind = 0;
@@ -124,6 +147,35 @@ TEST_F(ViewerNodeTest, WhoComesLateSeesTheWholeRun) {
   const json hello = json::parse(heard.at("hello")[0]);
   EXPECT_EQ(hello["boxes"][0]["max"], json::parse("[3.0,3.0,2.0]"));
   EXPECT_EQ(hello["source"], "live");
+}
+
+TEST_F(ViewerNodeTest, FoxglovesClientsSeeTheWholeRunToo) {
+  Dut();
+  for (int id = 0; id < 3; ++id) SaySubmap(*RandomSubmap(id, 0.1, random_));
+  SayPlaces({PlaceOf(0, {0, 0, 0}), PlaceOf(1, {1, 0, 0})}, 1, At(1));
+  bench_.Say(outputs::kGraph, graph_t{}, At(1));
+  for (int i = 0; i < 5; ++i) SayBody(2 + i, {1, 0, 0}, {1, 0, 0}, {1, 0, 0});
+  bench_.Say(inputs::kDepth, depth_t{}, At(8));
+  bench_.RunUntil(At(10));
+  const auto heard = HearFeed();
+  EXPECT_EQ(heard.at("SUBMAP/voxels").size(), 3u);
+  EXPECT_EQ(heard.at("tf").size(), 2u) << "O in W, B in O";
+  for (const char* topic : {"tf/submaps", "GRAPH", "SUBMAP_POSES", "POSE", "NAV", "TRUTH", "DEPTH",
+                            "GRAPH/fields", "STATUS"})
+    EXPECT_EQ(heard.at(topic).size(), 1u) << topic;
+  foxglove::FrameTransforms frames;
+  ASSERT_TRUE(frames.ParseFromString(heard.at("tf/submaps")[0]));
+  EXPECT_EQ(frames.transforms(1).child_frame_id(), "M1");
+  EXPECT_EQ(frames.transforms(1).translation().x(), 1);
+}
+
+TEST_F(ViewerNodeTest, FoxglovesClientsSeeAMapWithoutARun) {
+  submap_poses_t places = ToMessage(std::vector<SubmapPlace>{PlaceOf(4, {1, 0, 0})});
+  Dut().ShowMap({RandomSubmap(4, 0.1, random_)}, places, graph_t{});
+  const auto heard = HearFeed();
+  for (const char* topic : {"SUBMAP/voxels", "tf/submaps", "SUBMAP_POSES", "GRAPH"})
+    EXPECT_EQ(heard.at(topic).size(), 1u) << topic;
+  EXPECT_EQ(HearAll(*Listen()).at(NameOf(FrameKind::kPoses)).size(), 1u);
 }
 
 TEST_F(ViewerNodeTest, ALoopClosureIsPosesAloneAndMovesThem) {
@@ -183,6 +235,11 @@ TEST_F(ViewerNodeTest, ANewMapStartsAnew) {
   EXPECT_EQ(heard.count("reset"), 1u);
   EXPECT_EQ(heard.count("hello"), 1u);
   EXPECT_EQ(heard.at(NameOf(FrameKind::kSubmap)).size(), 1u);
+  const auto voxels = HearFeed().at("SUBMAP/voxels");
+  ASSERT_EQ(voxels.size(), 2u) << "away with the old ones; the new one";
+  foxglove::SceneUpdate update;
+  ASSERT_TRUE(update.ParseFromString(voxels[0]));
+  EXPECT_EQ(update.deletions_size(), 1);
 }
 
 TEST_F(ViewerNodeTest, OrdersGoOutWhereTheyAreAllowedAlone) {

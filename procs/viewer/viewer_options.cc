@@ -2,14 +2,28 @@
 
 #include <arpa/inet.h>
 
+#include <algorithm>
+
 namespace vog {
 namespace {
 
 constexpr std::size_t kMinToken = 12;
 
+/// Takes as long whatever the first difference is.
+bool AreEqual(const std::string& a, const std::string& b) {
+  unsigned difference = a.size() != b.size();
+  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i)
+    difference |= static_cast<unsigned>(a[i] ^ b[i]);
+  return difference == 0;
+}
+
 }  // namespace
 
 bool ViewerOptions::IsLoopback() const { return bind.starts_with("127.") || bind == "::1"; }
+
+bool ViewerOptions::IsToken(const std::string& shown) const {
+  return token.empty() || AreEqual(shown, token);
+}
 
 void ViewerOptions::Validate() const {
   in_addr v4{};

@@ -26,6 +26,8 @@ struct ViewerOptions {
   /// @throws UsageError where a page would be open to the network, or commands to anybody.
   void Validate() const;
   bool IsLoopback() const;
+  /// Whether `shown` is the token; anything is where there is none.
+  bool IsToken(const std::string& shown) const;
 };
 
 }  // namespace vog

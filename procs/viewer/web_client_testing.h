@@ -52,8 +52,9 @@ class WebClient {
   }
 
   /// Asks for the WebSocket; true when it is granted.
-  bool Upgrade(const std::string& headers = "Host: 127.0.0.1\r\n") {
-    Send("GET /live HTTP/1.1\r\n" + headers +
+  bool Upgrade(const std::string& headers = "Host: 127.0.0.1\r\n",
+               const std::string& target = "/live") {
+    Send("GET " + target + " HTTP/1.1\r\n" + headers +
          "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
          "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n");
     std::size_t end;

@@ -4,12 +4,13 @@
 
 import { open, readdir, readFile } from 'node:fs/promises';
 import { createRequire } from 'node:module';
+import { plain, typeOf } from './protobuf.mjs';
 
 const [modules, command, path] = process.argv.slice(2);
 const require = createRequire(`${modules}/`);
 const { McapIndexedReader, McapStreamReader } = require('@mcap/core');
 const protobuf = require('protobufjs');
-const { FileDescriptorSet } = require('protobufjs/ext/descriptor');
+require('protobufjs/ext/descriptor');
 
 class Readable {
   constructor(file, size) {
@@ -28,18 +29,9 @@ class Readable {
   }
 }
 
-function typeOf(schema) {
-  const root = protobuf.Root.fromDescriptor(FileDescriptorSet.decode(schema.data));
-  root.resolveAll();
-  return root.lookupType(schema.name);
-}
-
-const PLAIN = { longs: Number, enums: String, bytes: String, defaults: true };
-const plain = (type, bytes) => type.toObject(type.decode(bytes), PLAIN);
-
 /** By topic and schema: how many messages, and the first and the last one, decoded. */
 async function channelsOf(reader) {
-  const types = new Map([...reader.schemasById].map(([id, schema]) => [id, typeOf(schema)]));
+  const types = new Map([...reader.schemasById].map(([id, schema]) => [id, typeOf(protobuf, schema.name, schema.data)]));
   const channels = {};
   for await (const message of reader.readMessages()) {
     const { topic, schemaId, messageEncoding } = reader.channelsById.get(message.channelId);

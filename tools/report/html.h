@@ -12,9 +12,6 @@ namespace vog {
 /// no UTF-8) become U+FFFD.
 std::string EscapeHtml(std::string_view text);
 
-/// RFC 4648, with padding.
-std::string ToBase64(std::string_view bytes);
-
 /// The picture inside the page, with its text for those who cannot see it. `caption_html` may be
 /// empty.
 std::string HtmlFigure(const Picture& picture, std::string_view alt, std::string_view caption_html);

@@ -18,15 +18,6 @@ TEST(EscapeHtmlTest, ReplacesWhatIsNoText) {
   EXPECT_EQ(EscapeHtml("\xe6\xb0"), "\xEF\xBF\xBD\xEF\xBF\xBD");
 }
 
-TEST(ToBase64Test, IsThatOfTheRfc) {
-  EXPECT_EQ(ToBase64(""), "");
-  EXPECT_EQ(ToBase64("f"), "Zg==");
-  EXPECT_EQ(ToBase64("fo"), "Zm8=");
-  EXPECT_EQ(ToBase64("foo"), "Zm9v");
-  EXPECT_EQ(ToBase64("foobar"), "Zm9vYmFy");
-  EXPECT_EQ(ToBase64("\xff\xef\xff"), "/+//");
-}
-
 TEST(HtmlTableTest, NamesRowsAndColumns) {
   EXPECT_EQ(HtmlTable({{"", "<a>"}, {"b", "1"}}),
             "<table>\n<thead>\n<tr><th scope=\"col\"></th><th scope=\"col\">&lt;a&gt;</th></tr>\n"

@@ -109,15 +109,16 @@ void ServeMap(const fs::path& folder, ViewerSettings settings) {
   std::vector<SubmapPlace> places;
   Time newest{};
   for (const SubmapPtr& submap : loaded.map.submaps) {
-    node.model().OnSubmap(submap);
     SubmapPlace place;
     place.id = submap->id();
     place.X_WM = loaded.map.X_WM.at(submap->id());
     places.push_back(place);
     newest = std::max(newest, submap->last_scan);
   }
-  node.model().OnPlaces(newest, 1, places);
-  node.model().OnGraph(GraphOf(loaded.map, newest));
+  submap_poses_t message = ToMessage(places);
+  message.header.utime_us = ToUtime(newest);
+  message.version = 1;
+  node.ShowMap(loaded.map.submaps, message, GraphOf(loaded.map, newest));
   Serve(node, StopSignal());
 }
 

@@ -129,8 +129,7 @@ void AddExport(CLI::App& log) {
       "PlotJuggler open.\n"
       "A topic a channel: poses, scans, sonar frames, paths, submaps, the pose graph and STATUS as "
       "Foxglove's messages, which are drawn; with all their fields as CHANNEL/fields. Other "
-      "channels with all "
-      "fields. Frames on topic tf.");
+      "channels with all fields. Frames on topics tf and tf/submaps, voxels on SUBMAP/voxels.");
   const auto arguments = std::make_shared<ExportArguments>();
   command->add_option("log", arguments->log, "LCM event log")->required();
   command->add_option("--mcap", arguments->mcap, "the MCAP file")->required();

@@ -1,4 +1,4 @@
-#include "tools/log/utf8.h"
+#include "lib/foxglove/utf8.h"
 
 #include <algorithm>
 #include <cstdint>

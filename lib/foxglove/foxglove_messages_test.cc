@@ -1,4 +1,4 @@
-#include "tools/log/foxglove_messages.h"
+#include "lib/foxglove/foxglove_messages.h"
 
 #include <gtest/gtest.h>
 
@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "lib/messages/convert.h"
+#include "lib/submap/submaps_testing.h"
 
 namespace vog {
 namespace {
@@ -149,6 +150,35 @@ TEST(FoxgloveMessagesTest, EdgesAreLinesBetweenKnownSubmapsInAColourAKind) {
   EXPECT_EQ(ToFoxglove(graph_t{}, places)->entities(0).lines_size(), 0) << "and the edges are gone";
 }
 
+TEST(FoxgloveMessagesTest, VoxelsAreCubesThatMoveWithTheirSubmapsFrame) {
+  Random random(1, "voxels");
+  // A line of occupied voxels, a speck, and one that is free.
+  const SubmapPtr submap = MakeSubmap(
+      7,
+      GridOf(0.1,
+             {{{1, 0, 0}, 60}, {{2, 0, 0}, 60}, {{3, 0, 0}, 60}, {{9, 9, 9}, 60}, {{2, 1, 0}, -9}}),
+      random);
+  const foxglove::SceneUpdate update = VoxelsOf(*submap, 0);
+  ASSERT_EQ(update.entities_size(), 1);
+  const foxglove::SceneEntity& entity = update.entities(0);
+  EXPECT_EQ(entity.frame_id(), "M7");
+  EXPECT_EQ(entity.id(), "M7");
+  EXPECT_TRUE(entity.frame_locked());
+  ASSERT_EQ(entity.cubes_size(), 1) << "the middle one alone has two neighbours";
+  const foxglove::CubePrimitive& cube = entity.cubes(0);
+  EXPECT_TRUE(PoseFrom(cube.pose()).isApprox(MakePose({0.25, 0.05, 0.05}), 1e-9));
+  EXPECT_EQ(cube.size().z(), 0.1);
+  EXPECT_EQ(cube.color().a(), 1);
+  EXPECT_EQ(NoVoxels(5).deletions(0).type(), foxglove::SceneEntityDeletion::ALL);
+
+  const auto frames = FrameOf(ToMessage(std::vector<SubmapPlace>{{7, kPose}}));
+  ASSERT_TRUE(frames);
+  ASSERT_EQ(frames->transforms_size(), 1);
+  EXPECT_EQ(frames->transforms(0).parent_frame_id(), "W");
+  EXPECT_EQ(frames->transforms(0).child_frame_id(), entity.frame_id());
+  EXPECT_NEAR(frames->transforms(0).translation().y(), 2, 1e-12);
+}
+
 TEST(FoxgloveMessagesTest, HealthIsALevel) {
   status_t status{};
   status.process = "slam";
@@ -171,6 +201,7 @@ TEST(FoxgloveMessagesTest, NothingComesOfImpossibleValues) {
   submap_poses_t places = ToMessage(std::vector<SubmapPlace>{{0, Pose3::Identity()}});
   places.X_WM[0].position_m[2] = kNan;
   EXPECT_FALSE(ToFoxglove(places));
+  EXPECT_FALSE(FrameOf(places));
 }
 
 TEST(FoxgloveMessagesTest, TimesStayWhatNanosecondsCanSay) {

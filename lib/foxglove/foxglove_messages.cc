@@ -1,4 +1,4 @@
-#include "tools/log/foxglove_messages.h"
+#include "lib/foxglove/foxglove_messages.h"
 
 #include <algorithm>
 #include <array>
@@ -7,20 +7,25 @@
 #include <map>
 #include <string>
 
+#include "lib/foxglove/utf8.h"
 #include "lib/messages/convert.h"
-#include "tools/log/utf8.h"
 
 namespace vog {
 namespace {
 
-google::protobuf::Timestamp TimestampOf(const header_t& header) {
+google::protobuf::Timestamp TimestampOf(std::uint64_t time_ns) {
   constexpr std::uint64_t kSecond_ns = 1'000'000'000;
-  const std::uint64_t time_ns = NanosecondsOf(header.utime_us);
   google::protobuf::Timestamp timestamp;
   timestamp.set_seconds(static_cast<std::int64_t>(time_ns / kSecond_ns));
   timestamp.set_nanos(static_cast<std::int32_t>(time_ns % kSecond_ns));
   return timestamp;
 }
+
+google::protobuf::Timestamp TimestampOf(const header_t& header) {
+  return TimestampOf(NanosecondsOf(header.utime_us));
+}
+
+std::string FrameName(SubmapId id) { return "M" + std::to_string(id); }
 
 template <class Message>
 Message InFrame(const header_t& header, const char* frame) {
@@ -60,17 +65,21 @@ std::optional<foxglove::PoseInFrame> PoseIn(const char* frame, const header_t& h
 }
 
 /// X_AB, with the names of A and B.
-std::optional<foxglove::FrameTransform> Transform(const char* parent, const char* child,
-                                                  const header_t& header, const pose_t& pose) {
-  const auto X_AB = FromMessage(pose);
-  if (!X_AB) return std::nullopt;
+foxglove::FrameTransform Transform(const std::string& parent, const std::string& child,
+                                   const header_t& header, const Pose3& X_AB) {
   foxglove::FrameTransform transform;
   *transform.mutable_timestamp() = TimestampOf(header);
   transform.set_parent_frame_id(parent);
   transform.set_child_frame_id(child);
-  CopyTo(X_AB->translation(), *transform.mutable_translation());
-  CopyTo(Eigen::Quaterniond(X_AB->linear()), *transform.mutable_rotation());
+  CopyTo(X_AB.translation(), *transform.mutable_translation());
+  CopyTo(Eigen::Quaterniond(X_AB.linear()), *transform.mutable_rotation());
   return transform;
+}
+
+std::optional<foxglove::FrameTransform> Transform(const char* parent, const char* child,
+                                                  const header_t& header, const pose_t& pose) {
+  const auto X_AB = FromMessage(pose);
+  return X_AB ? std::optional(Transform(parent, child, header, *X_AB)) : std::nullopt;
 }
 
 void DescribePoints(foxglove::PointCloud& cloud) {
@@ -90,6 +99,28 @@ bool IsFinite(const waypoint_t& waypoint) {
   return std::isfinite(waypoint.yaw_rad) &&
          std::all_of(std::begin(waypoint.position_m), std::end(waypoint.position_m),
                      [](double number) { return std::isfinite(number); });
+}
+
+foxglove::Color ColorOf(double red, double green, double blue) {
+  foxglove::Color color;
+  color.set_r(red);
+  color.set_g(green);
+  color.set_b(blue);
+  color.set_a(1);
+  return color;
+}
+
+/// Submaps that follow each other, and those that meet in a closure, seldom have the same one.
+foxglove::Color ColorOf(SubmapId id) {
+  constexpr std::array<std::array<double, 3>, 7> kOkabeIto = {{{0.90, 0.62, 0.00},
+                                                               {0.34, 0.71, 0.91},
+                                                               {0.00, 0.62, 0.45},
+                                                               {0.94, 0.89, 0.26},
+                                                               {0.00, 0.45, 0.70},
+                                                               {0.84, 0.37, 0.00},
+                                                               {0.80, 0.47, 0.65}}};
+  const auto& [red, green, blue] = kOkabeIto[static_cast<std::size_t>(id) % kOkabeIto.size()];
+  return ColorOf(red, green, blue);
 }
 
 /// How the edges of one kind are drawn. The colours are Okabe and Ito's, as on the live page.
@@ -122,10 +153,7 @@ foxglove::LinePrimitive LinesOf(const graph_t& graph, const Positions& positions
   CopyTo(Pose3::Identity(), *lines.mutable_pose());
   lines.set_thickness(style.width_px);
   lines.set_scale_invariant(true);
-  lines.mutable_color()->set_r(style.red);
-  lines.mutable_color()->set_g(style.green);
-  lines.mutable_color()->set_b(style.blue);
-  lines.mutable_color()->set_a(1);
+  *lines.mutable_color() = ColorOf(style.red, style.green, style.blue);
   for (const graph_edge_t& edge : graph.edge) {
     const auto from = positions_W_m.find(edge.from_id), to = positions_W_m.find(edge.to_id);
     if (edge.kind != style.kind || from == positions_W_m.end() || to == positions_W_m.end())
@@ -222,12 +250,47 @@ std::optional<foxglove::SceneUpdate> ToFoxglove(const graph_t& message,
   return update;
 }
 
+foxglove::SceneUpdate VoxelsOf(const Submap& submap, LogOddsUnits occupied_from) {
+  constexpr int kMinNeighbours = 2;  // As along a line.
+  const double side_m = submap.grid.grid().voxel_size_m();
+  foxglove::SceneUpdate update;
+  foxglove::SceneEntity& entity = *update.add_entities();
+  *entity.mutable_timestamp() = TimestampOf(NanosecondsOf(ToUtime(submap.last_scan)));
+  entity.set_frame_id(FrameName(submap.id()));
+  entity.set_id(FrameName(submap.id()));
+  entity.set_frame_locked(true);
+  for (const Vec3& p_M : OccupiedPoints(submap.grid, occupied_from, kMinNeighbours)) {
+    foxglove::CubePrimitive& cube = *entity.add_cubes();
+    CopyTo(MakePose(p_M), *cube.mutable_pose());
+    CopyTo(Vec3(Vec3::Constant(side_m)), *cube.mutable_size());
+    *cube.mutable_color() = ColorOf(submap.id());
+  }
+  return update;
+}
+
+foxglove::SceneUpdate NoVoxels(std::uint64_t time_ns) {
+  foxglove::SceneUpdate update;
+  foxglove::SceneEntityDeletion& deletion = *update.add_deletions();
+  *deletion.mutable_timestamp() = TimestampOf(time_ns);
+  deletion.set_type(foxglove::SceneEntityDeletion::ALL);
+  return update;
+}
+
 std::optional<foxglove::FrameTransform> FrameOf(const nav_t& message) {
   return Transform("O", "B", message.header, message.X_OB);
 }
 
 std::optional<foxglove::FrameTransform> FrameOf(const pose_estimate_t& message) {
   return Transform("W", "O", message.header, message.X_WO);
+}
+
+std::optional<foxglove::FrameTransforms> FrameOf(const submap_poses_t& message) {
+  const auto places = FromMessage(message);
+  if (!places) return std::nullopt;
+  foxglove::FrameTransforms frames;
+  for (const SubmapPlace& place : *places)
+    *frames.add_transforms() = Transform("W", FrameName(place.id), message.header, place.X_WM);
+  return frames;
 }
 
 std::uint64_t NanosecondsOf(std::int64_t utime_us) {

@@ -42,10 +42,20 @@ void ExtendToMost(int axis, KnownSpace& space) {
   max = std::max(max, places[places.size() - 1 - few]);
 }
 
-KnownSpace ReadKnownSpace(const RunFolder& run) {
-  const VogMap map = ToVogMap(run.map);
+/// The submaps where odometry alone has them, from where the first one is.
+StoredMap AtOdometry(StoredMap map) {
+  if (map.submaps.empty()) return map;
+  const Submap& first = *map.submaps.front();
+  const Pose3 X_WO = map.X_WM.at(first.id()) * first.base.odometry.X_OB.inverse();
+  for (const SubmapPtr& submap : map.submaps)
+    map.X_WM[submap->id()] = X_WO * submap->base.odometry.X_OB;
+  return map;
+}
+
+KnownSpace ReadKnownSpace(const RunFolder& run, const StoredMap& stored) {
+  const VogMap map = ToVogMap(stored);
   KnownSpace space;
-  space.voxel_size_m = run.map.voxel_size_m;
+  space.voxel_size_m = stored.voxel_size_m;
   if (run.exploration_box_W) space.bounds_W = *run.exploration_box_W;
   const BrickGrid merged = MergedGrid(map);
   merged.ForEach([&](const VoxelKey& key, LogOddsUnits units) {
@@ -122,7 +132,7 @@ class ColumnGrid {
 Picture DrawColumns(const KnownSpace& space, const RunFolder& run, const View& view,
                     const ColumnGrid& grid, double max_m) {
   Plot plot = StartView(view, space.bounds_W, kWidth_px, PictureFormat::kPng,
-                        {.left = 52, .right = max_m > 0 ? 92 : 14, .top = 14, .bottom = 46});
+                        {.left = 52, .right = max_m > 0 ? 104 : 14, .top = 14, .bottom = 46});
   if (run.exploration_box_W) plot.commands += BoxCommand(view, *run.exploration_box_W);
   plot.data["image"] = grid.ToImage(space.voxel_size_m);
   plot.commands +=
@@ -164,8 +174,10 @@ double MedianHeight(const Trajectory& path) {
 }  // namespace
 
 std::string OccupancyHtml(const RunFolder& run) try {
-  const KnownSpace space = ReadKnownSpace(run);
+  const KnownSpace space = ReadKnownSpace(run, run.map);
   if (space.voxels.empty()) return HtmlMissing("The map knows nothing.");
+  KnownSpace reckoned = ReadKnownSpace(run, AtOdometry(run.map));
+  reckoned.bounds_W = space.bounds_W;
   const double z_m = MedianHeight(run.estimate);
   const std::int32_t layer = VoxelGrid(space.voxel_size_m).KeyOf({0, 0, z_m}).z;
   const std::string legend =
@@ -174,6 +186,9 @@ std::string OccupancyHtml(const RunFolder& run) try {
   return HtmlRow(
       {HtmlFigure(DrawProjection(space, run, kTopView), "Occupied voxels of the map from above",
                   "From above: metres of occupied voxels behind each other;" + legend + "."),
+       HtmlFigure(DrawProjection(reckoned, run, kTopView),
+                  "Occupied voxels from above without closures",
+                  "The same submaps where odometry alone has them."),
        HtmlFigure(DrawProjection(space, run, kSideView), "Occupied voxels of the map from the side",
                   "From the side, looking along +y."),
        HtmlFigure(DrawSlice(space, run, layer), "A horizontal slice of the map",

@@ -25,7 +25,8 @@ std::string TimingHtml(const RunFolder& run);
 /// rejected.
 std::string PoseGraphHtml(const RunFolder& run);
 
-/// The merged map: projected from above and from the side, and a horizontal slice.
+/// The merged map: projected from above, with and without closures [Ho et al. 2018, Fig. 10 and
+/// 11], and from the side, and a horizontal slice.
 std::string OccupancyHtml(const RunFolder& run);
 
 /// Reads the folder's reconstructions and colours them by their distance from the true one.

@@ -55,7 +55,7 @@ TEST_F(ReportTest, HasEverythingAndNeedsNothing) {
   const std::string page = ReportOf(MakeRun("run", {}));
   EXPECT_TRUE(Has(page, "<h1>box · mode vog · seed 3 · 3 submaps</h1>"));
   const std::map<std::string, int> pictures = {
-      {"figures", 0}, {"reconstruction", 1}, {"paths", 2},      {"progress", 2}, {"occupancy", 3},
+      {"figures", 0}, {"reconstruction", 1}, {"paths", 2},      {"progress", 2}, {"occupancy", 4},
       {"graph", 1},   {"timing", 1},         {"parameters", 0}, {"reproduce", 0}};
   for (const auto& [id, count] : pictures) {
     EXPECT_FALSE(Section(page, id).empty()) << id;
@@ -67,6 +67,21 @@ TEST_F(ReportTest, HasEverythingAndNeedsNothing) {
   for (const char* outside : {"<script", "<link", "http:", "https:", "@import"})
     EXPECT_FALSE(Has(page, outside)) << outside;
   EXPECT_LT(page.size(), 3'000'000u);
+}
+
+TEST_F(ReportTest, DrawsTheMapWithAndWithoutClosures) {
+  const std::string occupancy = Section(ReportOf(MakeRun("run", {})), "occupancy");
+  const auto picture = [&](const std::string& alt) {
+    const std::size_t at = occupancy.find("alt=\"" + alt);
+    const std::size_t begin = occupancy.find("src=", at);
+    return at == std::string::npos ? ""
+                                   : occupancy.substr(begin, occupancy.find('>', begin) - begin);
+  };
+  const std::string corrected = picture("Occupied voxels of the map from above");
+  const std::string reckoned = picture("Occupied voxels from above without closures");
+  EXPECT_FALSE(corrected.empty());
+  EXPECT_FALSE(reckoned.empty());
+  EXPECT_NE(corrected, reckoned);  // All odometry poses of this run are the same.
 }
 
 TEST_F(ReportTest, ShowsTheNumbers) {
@@ -131,7 +146,7 @@ TEST_F(ReportTest, SaysWhatARunWithoutTruthHasNot) {
   for (const char* id : {"figures", "reconstruction", "paths", "progress"})
     EXPECT_TRUE(Has(Section(page, id), "class=\"missing\"")) << id;
   EXPECT_EQ(Count(Section(page, "paths"), "<img "), 2);
-  EXPECT_EQ(Count(Section(page, "occupancy"), "<img "), 3);
+  EXPECT_EQ(Count(Section(page, "occupancy"), "<img "), 4);
   EXPECT_TRUE(Has(Section(page, "figures"), "<td>3</td>"));
   EXPECT_FALSE(Has(Section(page, "figures"), "RMSE"));
   EXPECT_FALSE(Has(page, "vog mission"));

@@ -44,31 +44,11 @@ LogOddsUnits OccupiedFrom(const SensorModelOptions& options) {
 
 }  // namespace
 
-ProtoConverter::ProtoConverter(Sink sink)
-    : sink_(std::move(sink)), occupied_from_(OccupiedFrom(SensorModelOptions())) {
-  On(inputs::kRun);
-  On(inputs::kVehicleNav);
-  On(inputs::kDvl);
-  On(inputs::kImu);
-  On(inputs::kDepth);
-  On(inputs::kSonarReturns);
-  On(inputs::kSonarFrame);
-  On(inputs::kTruth);
-  On(outputs::kNav);
-  On(outputs::kScan);
-  On(outputs::kSubmap);
-  On(outputs::kSubmapPoses);
-  On(outputs::kGraph);
-  On(outputs::kPose);
-  On(outputs::kPlan);
-  On(outputs::kMissionStatus);
-  On(outputs::kOperator);
-  On(outputs::kControl);
-  On(outputs::kVehicleCommand);
-  On(outputs::kMapStatus);
-  On(outputs::kMapRequest);
-  On(outputs::kMapReply);
-  On(outputs::kStatus);
+ProtoConverter::ProtoConverter(Sink sink, SubmapsFrom submaps_from)
+    : sink_(std::move(sink)),
+      submaps_from_(submaps_from),
+      occupied_from_(OccupiedFrom(SensorModelOptions())) {
+  ForEachChannel([this](const auto& channel) { On(channel); });
 }
 
 template <class Message>
@@ -131,6 +111,7 @@ void ProtoConverter::Learn(const submap_poses_t& places, const Heard& heard) {
 }
 
 void ProtoConverter::Learn(const chunk_t& chunk, const Heard& heard) {
+  if (submaps_from_ != SubmapsFrom::kChunks) return;
   const SubmapAssembler::Result result = submaps_.Add(chunk);
   if (result.is_of_another_map) WriteNoVoxels(heard);
   if (result.submap) WriteVoxels(*result.submap, heard);

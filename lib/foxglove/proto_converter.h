@@ -33,12 +33,18 @@ class ProtoConverter {
  public:
   using Sink = std::function<void(const ProtoMessage&)>;
 
-  explicit ProtoConverter(Sink sink);
+  /// Where the submaps come from whose voxels are drawn.
+  enum class SubmapsFrom {
+    kChunks,     ///< What is said on SUBMAP.
+    kAddSubmap,  ///< The caller, who has put them together already.
+  };
+
+  explicit ProtoConverter(Sink sink, SubmapsFrom submaps_from = SubmapsFrom::kChunks);
 
   /// Hands on all that a message becomes; false for what is no message of its channel's type.
   bool Add(Time heard, const std::string& channel, Bytes bytes);
 
-  /// The voxels of a submap that did not come by way of Add().
+  /// The voxels of a submap.
   void AddSubmap(Time heard, const Submap& submap);
 
   /// Takes the voxels of all submaps away; they come again.
@@ -82,6 +88,7 @@ class ProtoConverter {
   using Converter = bool (ProtoConverter::*)(Time time, const std::string& channel, Bytes bytes);
 
   Sink sink_;
+  SubmapsFrom submaps_from_;
   std::map<std::string, Converter> channels_;
   std::map<std::string, ProtoSchema> schemas_;  // By name.
   submap_poses_t places_{};                     // The newest: where the edges of a GRAPH end.

@@ -62,6 +62,18 @@ inline constexpr Channel<chunk_t> kMapReply{"MAP_REPLY"};  // Parts of a map_rep
 inline constexpr Channel<status_t> kStatus{"STATUS"};
 }  // namespace outputs
 
+/// Calls `use` with each channel.
+template <class Use>
+void ForEachChannel(const Use& use) {
+  const auto for_each = [&use](const auto&... channels) { (use(channels), ...); };
+  for_each(inputs::kRun, inputs::kVehicleNav, inputs::kDvl, inputs::kImu, inputs::kDepth,
+           inputs::kSonarReturns, inputs::kSonarFrame, inputs::kTruth);
+  for_each(outputs::kNav, outputs::kScan, outputs::kSubmap, outputs::kSubmapPoses, outputs::kGraph,
+           outputs::kPose, outputs::kPlan, outputs::kMissionStatus, outputs::kOperator,
+           outputs::kControl, outputs::kVehicleCommand, outputs::kMapStatus, outputs::kMapRequest,
+           outputs::kMapReply, outputs::kStatus);
+}
+
 /// The channels of `inputs`, without their package's outputs, as one regular expression.
 inline constexpr const char* kInputsRegex =
     "RUN|VEHICLE_NAV|DVL|IMU|DEPTH|SONAR_RETURNS|SONAR_FRAME|TRUTH";

@@ -92,14 +92,17 @@ class Endpoint {
         ++counts_.malformed;
       } else if (Accept(name, message.header)) {
         handler(now, message);
-        if (observer_) observer_(now, name, bytes);
+        if (observer_) observer_(now, name, message.header, bytes);
       }
     });
   }
 
+  bool IsSubscribedTo(const std::string& channel) const { return subscribed_.contains(channel); }
+
   /// Called after the handler with each accepted message as it came: for who passes on what is
   /// said.
-  using Observer = std::function<void(Time now, const std::string& channel, Bytes bytes)>;
+  using Observer = std::function<void(Time now, const std::string& channel, const header_t& header,
+                                      Bytes bytes)>;
   void Observe(Observer observer) { observer_ = std::move(observer); }
 
   /// To be called by a handler that finds impossible values in a message.

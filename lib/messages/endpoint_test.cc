@@ -58,7 +58,7 @@ TEST_F(EndpointTest, MessagesArriveWithTheirHeads) {
 
 TEST_F(EndpointTest, AnObserverSeesWhatIsAcceptedAsItCame) {
   std::vector<FakeBus::Sent> seen;
-  receiver_.Observe([&](Time now, const std::string& channel, Bytes bytes) {
+  receiver_.Observe([&](Time now, const std::string& channel, const header_t&, Bytes bytes) {
     EXPECT_EQ(now, FromUtime(5));
     EXPECT_EQ(heard_.size(), seen.size() + 1) << "after the handler";
     seen.push_back({channel, {bytes.begin(), bytes.end()}});

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "lib/bus/lcm_bus.h"
 #include "lib/planner/mission_options.h"
@@ -41,7 +42,10 @@ ViewerNode::ViewerNode(Bus& bus, const ViewerSettings& settings)
     : settings_(settings),
       endpoint_(bus, "vog-viewer", settings.run_id),
       model_(settings.view, Megabytes(settings.viewer.history_mb)),
-      receiver_(endpoint_, {[this](const SubmapPtr& submap) { model_.OnSubmap(submap); },
+      receiver_(endpoint_, {[this](const SubmapPtr& submap) {
+                              model_.OnSubmap(submap);
+                              new_submap_ = submap;
+                            },
                             [this] {
                               model_.OnSubmapsReset();
                               converter_.ForgetSubmaps(now_);
@@ -50,9 +54,8 @@ ViewerNode::ViewerNode(Bus& bus, const ViewerSettings& settings)
       server_(settings.viewer, model_.board(), feed_, EmbeddedPages(),
               [this](const std::string& text) { return OnRequest(text); }) {
   converter_.SetOccupiedFrom(SensorModel(settings.view.sensor_model).occupied_from);
-  endpoint_.Observe([this](Time now, const std::string& channel, Bytes bytes) {
-    converter_.Add(now, channel, bytes);
-  });
+  endpoint_.Observe([this](Time now, const std::string& channel, const header_t& header,
+                           Bytes bytes) { PassOn(now, channel, header.sender, bytes); });
   Subscribe();
   if (settings.view.source != ViewSource::kLive) return;  // A log is of others.
   bus.Every(std::chrono::seconds(1), [this](Time now) { AskForMissingPoses(now); });
@@ -105,13 +108,32 @@ void ViewerNode::Subscribe() {
                       [this](Time, const mission_status_t& message) { model_.OnMission(message); });
   endpoint_.Subscribe(outputs::kStatus,
                       [this](Time, const status_t& message) { model_.OnStatus(message); });
-  // The page does not show these.
-  const auto pass_on = [this](const auto&... channels) {
-    (endpoint_.Subscribe(channels, [](Time, const auto&) {}), ...);
-  };
-  pass_on(inputs::kRun, inputs::kVehicleNav, inputs::kDvl, inputs::kImu, inputs::kDepth,
-          inputs::kSonarReturns, inputs::kSonarFrame, outputs::kOperator, outputs::kControl,
-          outputs::kVehicleCommand, outputs::kMapRequest, outputs::kMapReply);
+  // The page does not show the others.
+  ForEachChannel([this](const auto& channel) {
+    if (!endpoint_.IsSubscribedTo(channel.name))
+      endpoint_.Subscribe(channel, [](Time, const auto&) {});
+  });
+}
+
+void ViewerNode::PassOn(Time now, const std::string& channel, const std::string& sender,
+                        Bytes bytes) {
+  if (settings_.view.source == ViewSource::kLive) {
+    converter_.Add(now, channel, bytes);
+  } else {
+    HeardInLog& newest = of_log_[{channel, sender}];
+    newest.number = ++heard_in_log_;
+    newest.time = now;
+    newest.bytes.assign(bytes.begin(), bytes.end());
+  }
+  if (new_submap_) converter_.AddSubmap(now, *std::exchange(new_submap_, nullptr));
+}
+
+void ViewerNode::EndLog() {
+  std::map<std::int64_t, std::pair<std::string, HeardInLog>> in_order;
+  for (auto& [key, heard] : of_log_) in_order[heard.number] = {key.first, std::move(heard)};
+  of_log_.clear();
+  for (const auto& [number, entry] : in_order)
+    converter_.Add(entry.second.time, entry.first, entry.second.bytes);
 }
 
 void ViewerNode::ShowMap(const std::vector<SubmapPtr>& submaps, const submap_poses_t& places,

@@ -30,11 +30,22 @@ class ViewerNode {
   /// Shows a map without its run. The times of `places` and `graph` are those of their headers.
   void ShowMap(const std::vector<SubmapPtr>& submaps, const submap_poses_t& places,
                const graph_t& graph);
+  /// All of the log has been read: clients of Foxglove's protocol are shown its end.
+  void EndLog();
   const Endpoint::Counts& counts() const { return endpoint_.counts(); }
   PageServer& server() { return server_; }
 
  private:
+  /// The newest message of a channel and sender.
+  struct HeardInLog {
+    std::int64_t number = 0;
+    Time time;
+    std::vector<std::uint8_t> bytes;
+  };
+
   void Subscribe();
+  /// To clients of Foxglove's protocol; of a log, what later messages replace is not converted.
+  void PassOn(Time now, const std::string& channel, const std::string& sender, Bytes bytes);
   void OnSubmapPoses(const submap_poses_t& message);
   void OnEstimate(Time now, const pose_estimate_t& message);
   void AskForMissingPoses(Time now);
@@ -47,7 +58,11 @@ class ViewerNode {
   Endpoint endpoint_;
   ViewModel model_;
   FoxgloveFeed feed_;
-  ProtoConverter converter_{[this](const ProtoMessage& message) { feed_.Post(message); }};
+  ProtoConverter converter_{[this](const ProtoMessage& message) { feed_.Post(message); },
+                            ProtoConverter::SubmapsFrom::kAddSubmap};
+  SubmapPtr new_submap_;                                              // Not passed on yet.
+  std::map<std::pair<std::string, std::string>, HeardInLog> of_log_;  // By channel and sender.
+  std::int64_t heard_in_log_ = 0;
   SubmapReceiver receiver_;
   PageServer server_;
   std::int64_t pose_version_ = 0, poses_version_ = 0, graph_version_ = 0;

@@ -42,9 +42,8 @@ void ExtendToMost(int axis, KnownSpace& space) {
   max = std::max(max, places[places.size() - 1 - few]);
 }
 
-/// The submaps where odometry alone has them, from where the first one is.
+/// The submaps where odometry alone has them, from where the first one is. @pre there is one.
 StoredMap AtOdometry(StoredMap map) {
-  if (map.submaps.empty()) return map;
   const Submap& first = *map.submaps.front();
   const Pose3 X_WO = map.X_WM.at(first.id()) * first.base.odometry.X_OB.inverse();
   for (const SubmapPtr& submap : map.submaps)
@@ -52,20 +51,23 @@ StoredMap AtOdometry(StoredMap map) {
   return map;
 }
 
-KnownSpace ReadKnownSpace(const RunFolder& run, const StoredMap& stored) {
+KnownSpace ReadKnownSpace(const StoredMap& stored) {
   const VogMap map = ToVogMap(stored);
   KnownSpace space;
   space.voxel_size_m = stored.voxel_size_m;
-  if (run.exploration_box_W) space.bounds_W = *run.exploration_box_W;
   const BrickGrid merged = MergedGrid(map);
   merged.ForEach([&](const VoxelKey& key, LogOddsUnits units) {
     const bool is_occupied = map.IsOccupied(ToLogOdds(units));
     space.voxels.push_back({key, is_occupied});
   });
+  return space;
+}
+
+void FitBounds(const RunFolder& run, KnownSpace& space) {
+  if (run.exploration_box_W) space.bounds_W = *run.exploration_box_W;
   for (int axis = 0; axis < 3; ++axis) ExtendToMost(axis, space);
   const Vec3 room = Vec3::Constant(kRoom_m);
   space.bounds_W = {space.bounds_W.min() - room, space.bounds_W.max() + room};
-  return space;
 }
 
 /// A picture's cells, each with the number of occupied voxels behind each other.
@@ -174,9 +176,10 @@ double MedianHeight(const Trajectory& path) {
 }  // namespace
 
 std::string OccupancyHtml(const RunFolder& run) try {
-  const KnownSpace space = ReadKnownSpace(run, run.map);
+  KnownSpace space = ReadKnownSpace(run.map);
   if (space.voxels.empty()) return HtmlMissing("The map knows nothing.");
-  KnownSpace reckoned = ReadKnownSpace(run, AtOdometry(run.map));
+  FitBounds(run, space);
+  KnownSpace reckoned = ReadKnownSpace(AtOdometry(run.map));
   reckoned.bounds_W = space.bounds_W;
   const double z_m = MedianHeight(run.estimate);
   const std::int32_t layer = VoxelGrid(space.voxel_size_m).KeyOf({0, 0, z_m}).z;

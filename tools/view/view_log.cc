@@ -65,6 +65,7 @@ void ServeLog(const fs::path& log, ViewerSettings settings) {
     node.server().Poll();
   }
   node.model().SetLoaded(1);
+  node.EndLog();
   if (node.counts().malformed > 0)
     LogLine(std::to_string(node.counts().malformed) + " of " +
             std::to_string(node.counts().malformed + node.counts().received) +

@@ -207,6 +207,17 @@ class CampaignTest(VogTest):
         self.assertEqual(summary["short"]["figures"]["rmse_m"]["vog"]["n"], 1)
         self.assertFalse((out / "long/5").exists())
 
+    @unittest.skipUnless(shutil.which("cc"), "needs a C compiler")
+    def test_a_file_system_without_locks(self):
+        source, library = self.scratch / "no_locks.c", self.scratch / "no_locks.so"
+        source.write_text("#include <errno.h>\n"
+                          "int flock(int fd, int how) { (void)fd; (void)how; errno = ENOSYS; return -1; }\n")
+        subprocess.run(["cc", "-shared", "-fPIC", "-o", library, source], check=True)
+        out = self.scratch / "no-locks"
+        shutil.copytree(self.flown, out)
+        done = vog("campaign", self.file, "--out", out, env={**os.environ, "LD_PRELOAD": str(library)})
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+
     # --- refusals ---
 
     def refuse_file(self, text, *says, out="refused"):

@@ -72,9 +72,9 @@ class VogTest(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         return done.stdout
 
-    def refuse(self, status, *arguments, says=()):
+    def refuse(self, status, *arguments, says=(), **options):
         """Expects one clear line on standard error and the exit status."""
-        done = vog(*arguments)
+        done = vog(*arguments, **options)
         self.assertEqual(done.returncode, status, f"{arguments}: {done.stderr}")
         self.assertEqual(len(done.stderr.strip().splitlines()), 1, done.stderr)
         self.assertTrue(done.stderr.startswith("vog: "), done.stderr)

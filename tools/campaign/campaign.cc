@@ -107,6 +107,14 @@ SeedRange ParseSeeds(const std::string& text, const std::string& where) {
   return seeds;
 }
 
+MissionId ParseMission(const std::string& text) {
+  const std::size_t slash = text.find('/');
+  std::int64_t seed = 0;
+  if (slash == std::string::npos || !IsSeed(std::string_view(text).substr(slash + 1), seed))
+    throw UsageError(text + ": no mission; write CASE/SEED");
+  return {text.substr(0, slash), seed};
+}
+
 std::vector<MissionId> Campaign::Missions() const {
   std::vector<MissionId> missions;
   for (const CampaignCase& one : cases)

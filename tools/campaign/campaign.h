@@ -34,6 +34,9 @@ struct MissionId {
   std::string text() const { return case_folder + "/" + std::to_string(seed); }
 };
 
+/// Reads "CASE/SEED". @throws UsageError.
+MissionId ParseMission(const std::string& text);
+
 /// Missions over cases and seeds.
 struct Campaign {
   std::string name;

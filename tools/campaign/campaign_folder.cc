@@ -13,6 +13,7 @@
 #include "lib/base/files.h"
 #include "lib/base/parallel.h"
 #include "sim/scene/scene_options.h"
+#include "tools/campaign/slurm.h"
 #include "tools/mission/evaluate.h"
 #include "tools/mission/judge.h"
 #include "tools/mission/mission.h"
@@ -94,27 +95,38 @@ fs::path PlaceOf(const fs::path& folder, const MissionId& mission, const char* e
   return folder / mission.case_folder / (std::to_string(mission.seed) + ending);
 }
 
-bool HasResult(const fs::path& result) { return fs::is_regular_file(result / "metrics.json"); }
+bool HasResult(const fs::path& result) {
+  std::error_code ignored;
+  return fs::is_regular_file(result / "metrics.json", ignored);
+}
+
+/// Where a mission is flown. Two Slurm jobs may fly one mission, when a node that was given up
+/// still runs: each has a place of its own.
+fs::path PartOf(const fs::path& folder, const MissionId& mission) {
+  const std::string job = SlurmAttempt();
+  return PlaceOf(folder, mission, job.empty() ? ".part" : (".part-" + job).c_str());
+}
 
 // --- a task ---
 
-Json ReadMissions(const fs::path& folder) {
-  const fs::path file = folder / kMissions;
-  if (!fs::is_regular_file(file)) throw UsageError(folder.string() + ": holds no campaign");
-  Json json = Json::parse(ReadFile(file), nullptr, /*allow_exceptions=*/false);
-  if (!json.is_object()) throw UsageError(file.string() + ": damaged: not a JSON object");
-  if (json["program"] != ProgramText())
-    throw UsageError(folder.string() + ": the campaign is of another program");
-  return json;
+/// What MissionsJson() has written.
+Campaign ToCampaign(const Json& json, const std::string& file) {
+  Campaign campaign{json.at("name"), {}, {}, {}};
+  for (const auto& [name, is_kept] : json.at("keep").items())
+    if (is_kept.get<bool>()) campaign.keep.push_back(name);
+  for (const auto& [name, entry] : json.at("cases").items())
+    campaign.cases.push_back(
+        {entry.at("name"), name, Config::Parse(TextOf(entry.at("settings")), file)});
+  return campaign;
 }
 
-MissionId ParseMission(const std::string& text, const Json& missions) {
-  const std::size_t slash = text.find('/');
-  const std::string name = text.substr(0, slash);
-  if (slash == std::string::npos || !missions["cases"].contains(name))
-    throw UsageError(text + ": no mission of the campaign; write CASE/SEED");
-  const SeedRange seeds = ParseSeeds(text.substr(slash + 1), text + ": ");
-  return {name, seeds.first};
+CampaignCase& CaseOf(Campaign& campaign, const MissionId& mission) {
+  const auto found =
+      std::find_if(campaign.cases.begin(), campaign.cases.end(),
+                   [&](const CampaignCase& one) { return one.folder == mission.case_folder; });
+  if (found == campaign.cases.end())
+    throw UsageError(mission.text() + ": the campaign has no such case");
+  return *found;
 }
 
 /// The files that keeping something means.
@@ -131,15 +143,51 @@ const std::map<std::string, std::vector<std::string>>& FilesToKeep() {
 }
 
 /// Removes what is not kept.
-void Prune(const fs::path& result, const Json& keep) {
+void Prune(const fs::path& result, const std::vector<std::string>& keep) {
   std::vector<std::string> kept = {"metrics.json", "timing.json", "timeseries.json"};
-  for (const auto& [name, files] : FilesToKeep())
-    if (keep[name].get<bool>()) kept.insert(kept.end(), files.begin(), files.end());
+  for (const std::string& name : keep) {
+    const std::vector<std::string>& files = FilesToKeep().at(name);
+    kept.insert(kept.end(), files.begin(), files.end());
+  }
   std::vector<fs::path> bulk;
   for (const auto& entry : fs::directory_iterator(result))
     if (std::find(kept.begin(), kept.end(), entry.path().filename()) == kept.end())
       bulk.push_back(entry.path());
   for (const fs::path& path : bulk) fs::remove_all(path);
+}
+
+void Fly(Config& config, const std::vector<std::string>& keep, const fs::path& part) {
+  CheckConfig(config);
+  NumberRun(config);
+  fs::remove_all(part);
+  FlyMission(config, part);
+  if (std::find(keep.begin(), keep.end(), "report") != keep.end()) {
+    JudgeRun(part);
+  } else {
+    EvaluateRun(part);
+  }
+  Prune(part, keep);
+}
+
+/// Makes `part` the result by one rename, unless another process was first.
+void PutInPlace(const fs::path& part, const fs::path& result) {
+  std::error_code error;
+  fs::rename(part, result, error);
+  if (!error || HasResult(result)) return;
+  fs::remove_all(result);  // There when somebody took metrics.json out of it.
+  fs::rename(part, result);
+}
+
+/// Removes what those have left that flew the mission in vain.
+void RemoveParts(const fs::path& folder, const MissionId& mission) {
+  const fs::path part = PlaceOf(folder, mission, ".part");
+  std::vector<fs::path> parts;
+  for (const auto& entry : fs::directory_iterator(part.parent_path())) {
+    const std::string name = entry.path().filename().string(), own = part.filename().string();
+    if (name == own || name.starts_with(own + "-")) parts.push_back(entry.path());
+  }
+  std::error_code ignored;  // One that still flies may write there.
+  for (const fs::path& path : parts) fs::remove_all(path, ignored);
 }
 
 }  // namespace
@@ -148,7 +196,7 @@ FolderLock::FolderLock(const fs::path& folder)
     : fd_(::open((folder / kLock).c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)) {
   if (fd_ < 0)
     throw SystemError((folder / kLock).string() + ": cannot create: " + std::strerror(errno));
-  if (::flock(fd_, LOCK_EX | LOCK_NB) == 0) return;
+  if (::flock(fd_, LOCK_EX | LOCK_NB) == 0 || errno == ENOSYS || errno == EOPNOTSUPP) return;
   ::close(fd_);
   throw SystemError(folder.string() + ": another vog campaign works there");
 }
@@ -173,6 +221,12 @@ CampaignFolder::CampaignFolder(fs::path folder, const Campaign& campaign)
   for (const CampaignCase& one : campaign.cases) fs::create_directories(folder_ / one.folder);
 }
 
+CampaignFolder CampaignFolder::Join(const fs::path& folder) {
+  if (!fs::is_regular_file(folder / kMissions))
+    throw UsageError(folder.string() + ": holds no campaign");
+  return CampaignFolder(folder);
+}
+
 fs::path CampaignFolder::ResultOf(const MissionId& mission) const {
   return PlaceOf(folder_, mission, "");
 }
@@ -185,28 +239,40 @@ bool CampaignFolder::IsFinished(const MissionId& mission) const {
   return HasResult(ResultOf(mission));
 }
 
-void FlyTask(const fs::path& folder, const std::string& text) {
-  const Json missions = ReadMissions(folder);
-  const MissionId mission = ParseMission(text, missions);
-  const fs::path result = PlaceOf(folder, mission, ""), part = PlaceOf(folder, mission, ".part");
-  if (HasResult(result)) return;
-  SetParallelThreads(1);  // Others fly beside this one.
-  const Json& keep = missions["keep"];
-  Config config = Config::Parse(TextOf(missions["cases"][mission.case_folder]["settings"]),
-                                (folder / kMissions).string());
-  config.Set("mission.seed=" + std::to_string(mission.seed));
-  CheckConfig(config);
-  NumberRun(config);
-  fs::remove_all(part);
-  FlyMission(config, part);
-  if (keep["report"].get<bool>()) {
-    JudgeRun(part);
-  } else {
-    EvaluateRun(part);
+Campaign CampaignFolder::ReadCampaign() const {
+  const std::string file = (folder_ / kMissions).string();
+  try {
+    const Json json = Json::parse(ReadFile(file));
+    if (json.at("program") != ProgramText())
+      throw UsageError(folder_.string() + ": the campaign is of another program");
+    return ToCampaign(json, file);
+  } catch (const Json::exception& error) {
+    throw UsageError(file + ": damaged: " + error.what());
   }
-  Prune(part, keep);
-  fs::remove_all(result);  // There when somebody took metrics.json out of it.
-  fs::rename(part, result);
+}
+
+std::vector<MissionId> MissingOf(const CampaignFolder& folder, std::vector<MissionId> missions) {
+  std::erase_if(missions, [&](const MissionId& mission) { return folder.IsFinished(mission); });
+  return missions;
+}
+
+void FlyTask(const fs::path& path, const std::string& text) {
+  const CampaignFolder folder = CampaignFolder::Join(path);
+  Campaign campaign = folder.ReadCampaign();
+  const MissionId mission = ParseMission(text);
+  Config& config = CaseOf(campaign, mission).mission;
+  if (folder.IsFinished(mission)) return;
+  SetParallelThreads(1);  // Others fly beside this one.
+  config.Set("mission.seed=" + std::to_string(mission.seed));
+  const fs::path part = PartOf(path, mission);
+  try {
+    Fly(config, campaign.keep, part);
+    PutInPlace(part, folder.ResultOf(mission));
+  } catch (const std::exception&) {
+    // Who was first has removed what this one wrote.
+    if (!folder.IsFinished(mission)) throw;
+  }
+  RemoveParts(path, mission);
 }
 
 }  // namespace vog

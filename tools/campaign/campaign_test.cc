@@ -21,6 +21,14 @@ TEST(CampaignTest, RefusesWhatIsNoRangeOfSeeds) {
     EXPECT_THROW(ParseSeeds(text, ""), UsageError) << text;
 }
 
+TEST(CampaignTest, ReadsAMission) {
+  const MissionId mission = ParseMission("tank-a/12");
+  EXPECT_EQ(mission.case_folder, "tank-a");
+  EXPECT_EQ(mission.seed, 12);
+  for (const char* text : {"", "/", "tank", "tank/", "tank/x", "tank/-1", "tank/1..2", "a/b/1x"})
+    EXPECT_THROW(ParseMission(text), UsageError) << text;
+}
+
 TEST(CampaignTest, MissionsComeCaseByCase) {
   Campaign campaign{"x", {4, 5}, {}, {}};
   campaign.cases.push_back({"b c", "b-c", Config()});

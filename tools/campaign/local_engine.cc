@@ -14,12 +14,10 @@
 namespace vog {
 namespace {
 
-constexpr int kAttempts = 2;
-
 class LocalEngine {
  public:
-  LocalEngine(const CampaignFolder& folder, const std::vector<MissionId>& missions)
-      : folder_(folder), missions_(missions.size()) {
+  LocalEngine(const CampaignFolder& folder, const std::vector<MissionId>& missions, int attempts)
+      : folder_(folder), missions_(missions.size()), attempts_(attempts) {
     for (const MissionId& mission : missions) waiting_.push_back({mission, 0});
   }
 
@@ -77,9 +75,9 @@ class LocalEngine {
       return;
     }
     // A process that was killed could not say so itself.
-    if (!WIFEXITED(status) || LastLine(output).empty())
+    if (!WIFEXITED(status) || !std::filesystem::exists(output) || LastLine(output).empty())
       std::ofstream(output, std::ios::app) << HowItEnded(status) << "\n";
-    if (task.attempts < kAttempts) {
+    if (task.attempts < attempts_) {
       waiting_.push_front(task);
     } else {
       ++failed_;
@@ -96,6 +94,7 @@ class LocalEngine {
 
   const CampaignFolder& folder_;
   std::size_t missions_, finished_ = 0, failed_ = 0;
+  int attempts_;
   std::deque<Task> waiting_;
   std::vector<Flight> flying_;
   Stopwatch stopwatch_;
@@ -104,8 +103,9 @@ class LocalEngine {
 
 }  // namespace
 
-void FlyLocally(const CampaignFolder& folder, const std::vector<MissionId>& missions, int jobs) {
-  LocalEngine(folder, missions).Fly(jobs);
+void FlyLocally(const CampaignFolder& folder, const std::vector<MissionId>& missions, int jobs,
+                int attempts) {
+  LocalEngine(folder, missions, attempts).Fly(jobs);
 }
 
 }  // namespace vog

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "lib/base/errors.h"
+#include "lib/base/files.h"
 #include "lib/evaluation/statistics.h"
 #include "tools/launch/child_process.h"
 #include "tools/report/key_figures.h"
@@ -117,9 +118,14 @@ std::string ErrorOf(const CampaignFolder& folder, const MissionId& mission) {
   const std::filesystem::path output = folder.OutputOf(mission);
   if (!std::filesystem::exists(output)) return "not flown";
   std::string error = LastLine(output);
+  if (error.empty()) return "broke off";
   const std::string own = folder.path().string() + "/";
   for (std::size_t at = error.find(own); at != std::string::npos; at = error.find(own))
     error.erase(at, own.size());
+  if (const std::size_t at = error.find(".part-"); at != std::string::npos) {
+    const std::size_t job = error.find('-', at);
+    error.erase(job, error.find('/', job) - job);
+  }
   const std::string program = "vog: ";
   return error.starts_with(program) ? error.substr(program.size()) : error;
 }
@@ -272,6 +278,13 @@ std::string TableOf(const Json& summary) {
       text += "\nfailed: " + text_of(one) + ", seed " + failure["seed"].dump() + ": " +
               failure["error"].get<std::string>() + "\n";
   return text;
+}
+
+Json WriteTables(const CampaignFolder& folder, const Campaign& campaign) {
+  Json summary = SummaryOf(campaign, ReadResults(folder, campaign));
+  WriteFileAtomically(folder.path() / "campaign.json", summary.dump(2) + "\n");
+  WriteFileAtomically(folder.path() / "campaign.txt", TableOf(summary));
+  return summary;
 }
 
 }  // namespace vog

@@ -33,4 +33,7 @@ nlohmann::ordered_json SummaryOf(const Campaign& campaign, const std::vector<Cas
 /// The same as a table to read, a column a case.
 std::string TableOf(const nlohmann::ordered_json& summary);
 
+/// Writes what `folder` holds into its campaign.json and campaign.txt; returns the former.
+nlohmann::ordered_json WriteTables(const CampaignFolder& folder, const Campaign& campaign);
+
 }  // namespace vog

@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
+
+#include "tools/launch/launch_testing.h"
+
 namespace vog {
 namespace {
 
@@ -29,6 +33,26 @@ Campaign OneCase() {
   Campaign campaign{"small", {1, 4}, {}, {}};
   campaign.cases.push_back({"tank", "tank", Config()});
   return campaign;
+}
+
+TEST(SummaryTest, LastWordsAreTheSameWhereverAMissionWasFlown) {
+  const ScratchFolder scratch;
+  std::filesystem::create_directories(scratch.path() / "tank");
+  std::ofstream(scratch.path() / "missions.json") << "{}";
+  const CampaignFolder folder = CampaignFolder::Join(scratch.path());
+  Campaign campaign = OneCase();
+  const std::string here = scratch.path().string();
+  const auto say = [&](int seed, const std::string& text) {
+    std::ofstream(folder.OutputOf({"tank", seed})) << text;
+  };
+  say(1, "note\nvog: " + here + "/tank/1.part/lcm.log: full\n");
+  say(2, "vog: " + here + "/tank/2.part-47_1.0/lcm.log: full\n");
+  say(3, "");
+  const auto missions = ReadResults(folder, campaign).front().missions;
+  EXPECT_EQ(missions[0].error, "tank/1.part/lcm.log: full");
+  EXPECT_EQ(missions[1].error, "tank/2.part/lcm.log: full");
+  EXPECT_EQ(missions[2].error, "broke off");
+  EXPECT_EQ(missions[3].error, "not flown");
 }
 
 TEST(SummaryTest, FiguresAreThoseOfTheMissionsThatHaveThem) {

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <signal.h>
+#include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -12,6 +13,7 @@
 
 #include "lib/base/errors.h"
 #include "lib/base/files.h"
+#include "lib/bus/stopwatch.h"
 
 namespace vog {
 namespace {
@@ -48,8 +50,10 @@ struct ExecArguments {
 struct OpenFile {
   int fd;
   explicit OpenFile(const std::filesystem::path& path)
-      : fd(::open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644)) {
-    if (fd < 0) throw SystemError(path.string() + ": " + std::strerror(errno));
+      : OpenFile(::open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644),
+                 path.string()) {}
+  OpenFile(int opened, const std::string& name) : fd(opened) {
+    if (fd < 0) throw SystemError(name + ": " + std::strerror(errno));
   }
   ~OpenFile() { ::close(fd); }
   OpenFile(const OpenFile&) = delete;
@@ -102,6 +106,14 @@ std::optional<int> ChildProcess::Ended() {
 
 void ChildProcess::Signal(int number) {
   if (!Ended()) ::kill(-pid_, number);
+}
+
+EndedProgram RunToItsEnd(const ChildCommand& command) {
+  const OpenFile output(::memfd_create("output", MFD_CLOEXEC), "output");
+  ChildProcess process(command, output.fd);
+  std::optional<int> status;
+  while (!(status = process.Ended())) WaitBriefly();
+  return {*status, ReadFile("/proc/self/fd/" + std::to_string(output.fd))};
 }
 
 std::filesystem::path ProgramFolder() {

@@ -42,6 +42,15 @@ class ChildProcess {
   std::optional<int> status_;
 };
 
+/// A program that has ended.
+struct EndedProgram {
+  int status;        ///< As waitpid() tells it.
+  std::string said;  ///< On both its outputs.
+};
+
+/// Runs a program to its end. @throws SystemError when it cannot be started.
+EndedProgram RunToItsEnd(const ChildCommand& command);
+
 /// The folder of the program that runs, where its companions are.
 std::filesystem::path ProgramFolder();
 

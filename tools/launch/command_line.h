@@ -1,11 +1,20 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "tools/launch/child_process.h"
 
 namespace vog {
+
+/// The words of a line as a shell reads them: quotes and $VARIABLES, no commands in commands.
+/// @throws UsageError that begins with `where` and the line.
+std::vector<std::string> ShellWords(const std::string& line, const std::string& where);
+
+/// The program of that name in PATH.
+std::optional<std::filesystem::path> FindInPath(const std::string& program);
 
 /// The program and words that a procman `exec` means: NAME=value before the program, quotes and
 /// $VARIABLES as a shell reads them, no commands in commands. A program without a '/' is looked for

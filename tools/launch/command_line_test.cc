@@ -31,6 +31,21 @@ TEST(CommandLine, ReadsWordsAsAShellDoes) {
             (std::vector<std::string>{"/any/where", "a=b"}));
 }
 
+TEST(CommandLine, FindsProgramsInPath) {
+  EXPECT_EQ(FindInPath("sh")->filename(), "sh");
+  EXPECT_EQ(FindInPath("vog-no-such-program"), std::nullopt);
+}
+
+TEST(CommandLine, HearsWhatAProgramSaysAndHowItEnds) {
+  const EndedProgram ended =
+      RunToItsEnd({"/bin/sh", {"sh", "-c", "echo $VOG_TEST; echo b >&2; exit 3"}, {"VOG_TEST=a"}});
+  EXPECT_EQ(ended.said, "a\nb\n");
+  EXPECT_EQ(HowItEnded(ended.status), "exit status 3");
+  const EndedProgram killed = RunToItsEnd({"/bin/sh", {"sh", "-c", "kill -9 $$"}, {}});
+  EXPECT_EQ(killed.said, "");
+  EXPECT_EQ(HowItEnded(killed.status), "killed by Killed");
+}
+
 TEST(CommandLine, SaysWhatCannotBeRead) {
   ::unsetenv("VOG_TEST_UNSET");
   EXPECT_NE(FaultOf("sh $VOG_TEST_UNSET").find("not set"), std::string::npos);

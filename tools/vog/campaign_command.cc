@@ -3,10 +3,13 @@
 #include <cstdio>
 #include <memory>
 
-#include "lib/base/files.h"
+#include "lib/base/errors.h"
 #include "lib/base/parallel.h"
 #include "tools/campaign/local_engine.h"
+#include "tools/campaign/slurm.h"
+#include "tools/campaign/slurm_engine.h"
 #include "tools/campaign/summary.h"
+#include "tools/launch/command_line.h"
 #include "tools/vog/commands.h"
 
 namespace vog {
@@ -15,10 +18,12 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 struct Arguments {
-  std::string config, seeds, out, mission;
+  std::string config, seeds, out, mission, sbatch;
   std::string engine = "local";
-  int jobs = ProcessorCount();
+  int jobs = 0, per_task = 0, slurm_task = 0, slurm_close = 0;
   bool json = false;
+
+  bool is_slurm() const { return engine == "slurm"; }
 };
 
 std::size_t CountFailed(const Json& summary) {
@@ -27,23 +32,37 @@ std::size_t CountFailed(const Json& summary) {
   return failed;
 }
 
-void FlyMissing(const CampaignFolder& folder, const Campaign& campaign, int jobs) {
-  std::vector<MissionId> missing = campaign.Missions();
-  std::erase_if(missing, [&](const MissionId& mission) { return folder.IsFinished(mission); });
-  FlyLocally(folder, missing, jobs);
+/// Looks whether the arguments belong to the engine, before anything is written.
+void CheckEngine(const Arguments& arguments) {
+  if (arguments.is_slurm()) {
+    Slurm("", {});  // Throws where there is none.
+  } else if (arguments.per_task > 0 || !arguments.sbatch.empty()) {
+    throw UsageError(std::string(arguments.per_task > 0 ? "--per-task" : "--sbatch") +
+                     " is for --engine slurm");
+  }
+}
+
+void FlyMissing(const CampaignFolder& folder, const Campaign& campaign,
+                const Arguments& arguments) {
+  if (arguments.is_slurm()) {
+    FlyBySlurm(folder, campaign,
+               {campaign.seeds, arguments.jobs, arguments.per_task,
+                ShellWords(arguments.sbatch, "--sbatch")});
+  } else {
+    FlyLocally(folder, MissingOf(folder, campaign.Missions()),
+               arguments.jobs > 0 ? arguments.jobs : ProcessorCount(), kLocalAttempts);
+  }
 }
 
 void RunCampaign(const Arguments& arguments) {
   std::optional<SeedRange> seeds;
   if (!arguments.seeds.empty()) seeds = ParseSeeds(arguments.seeds, "--seeds: ");
+  CheckEngine(arguments);
   const Campaign campaign = LoadCampaign(arguments.config, seeds);
   const CampaignFolder folder(arguments.out, campaign);
-  FlyMissing(folder, campaign, arguments.jobs);
-  const Json summary = SummaryOf(campaign, ReadResults(folder, campaign));
-  const std::string json = summary.dump(2) + "\n", table = TableOf(summary);
-  WriteFileAtomically(folder.path() / "campaign.json", json);
-  WriteFileAtomically(folder.path() / "campaign.txt", table);
-  std::fputs((arguments.json ? json : table).c_str(), stdout);
+  FlyMissing(folder, campaign, arguments);
+  const Json summary = WriteTables(folder, campaign);
+  std::fputs((arguments.json ? summary.dump(2) + "\n" : TableOf(summary)).c_str(), stdout);
   std::fflush(stdout);
   if (const std::size_t failed = CountFailed(summary); failed > 0)
     throw SystemError(
@@ -54,6 +73,10 @@ void RunCampaign(const Arguments& arguments) {
 void Run(const Arguments& arguments) {
   if (!arguments.mission.empty()) {
     FlyTask(arguments.out, arguments.mission);
+  } else if (arguments.slurm_task > 0) {
+    FlySlurmTask(arguments.out, arguments.slurm_task);
+  } else if (arguments.slurm_close > 0) {
+    CloseSlurmRound(arguments.out, arguments.slurm_close);
   } else if (arguments.config.empty()) {
     throw UsageError("name a campaign file; see vog campaign --help");
   } else {
@@ -81,21 +104,38 @@ void AddCampaignCommand(CLI::App& app) {
       "  set = [\"drift.scaling=random_walk\"]\n\n"
       "Each mission lands in DIR/CASE/SEED, the statistics in DIR/campaign.txt and campaign.json.\n"
       "The same command goes on where another one was stopped or killed, and flies what failed or "
-      "is missing, for example further seeds. Exit status 1 when missions failed twice.");
+      "is missing, for example further seeds. Exit status 1 when missions failed again and again.\n"
+      "With --engine slurm the jobs go on without this command: Ctrl-C leaves them, the same "
+      "command "
+      "waits for them again.");
   const auto arguments = std::make_shared<Arguments>();
   command->add_option("config", arguments->config, "campaign file (TOML)");
   command->add_option("--out", arguments->out, "the campaign's folder")->required();
   command->add_option("--seeds", arguments->seeds, "A..B instead of the file's");
-  command->add_option("--engine", arguments->engine, "local: processes of this machine")
-      ->check(CLI::IsMember({"local"}))
+  command
+      ->add_option("--engine", arguments->engine,
+                   "local: processes of this machine; slurm: job arrays of a Slurm cluster whose "
+                   "nodes all see DIR")
+      ->check(CLI::IsMember({"local", "slurm"}))
       ->capture_default_str();
-  command->add_option("--jobs", arguments->jobs, "missions that fly at a time")
-      ->check(CLI::Range(1, 10000))
-      ->capture_default_str();
+  command
+      ->add_option("--jobs", arguments->jobs,
+                   "local: missions that fly at a time, default: one a processor; slurm: tasks "
+                   "that run at a time, default: as many as the cluster lets")
+      ->check(CLI::Range(1, 10000));
+  command
+      ->add_option("--per-task", arguments->per_task,
+                   "slurm: missions of a task, default: 1 to 100 by the campaign's size")
+      ->check(CLI::Range(1, 100000));
+  command->add_option("--sbatch", arguments->sbatch,
+                      "slurm: options for sbatch, as --sbatch=\"--partition=long --time=4:00:00\"");
   command->add_flag("--json", arguments->json, "print JSON");
   command->add_option("--fly", arguments->mission,
                       "CASE/SEED: fly this one mission of the campaign in DIR and nothing else, as "
                       "the processes do that the campaign starts");
+  // What the jobs of --engine slurm do in a round.
+  command->add_option("--slurm-task", arguments->slurm_task)->group("");
+  command->add_option("--slurm-close", arguments->slurm_close)->group("");
   command->callback([arguments] { Run(*arguments); });
 }
 

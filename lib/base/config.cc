@@ -344,4 +344,14 @@ std::vector<OptionDescription> DescribeOptions(
   return describer.descriptions;
 }
 
+std::string ToToml(const Eigen::Vector3d& v) {
+  std::string text = "[";
+  for (int i = 0; i < 3; ++i) {
+    const std::string number = ToText(v[i]);
+    const bool is_integer = number.find_first_of(".e") == std::string::npos;
+    text += (i > 0 ? ", " : "") + number + (is_integer ? ".0" : "");
+  }
+  return text + "]";
+}
+
 }  // namespace vog

@@ -136,6 +136,9 @@ class Config {
   std::string directory_ = ".";
 };
 
+/// A vector as a value of Config::Set(): reads back exactly.
+std::string ToToml(const Eigen::Vector3d& v);
+
 /// One line per option of an options struct: key, default, what is allowed, help.
 struct OptionDescription {
   std::string key, value, allowed, help;

@@ -6,7 +6,7 @@
 namespace vog {
 
 /// The tables of a mission file. A process reads those that concern it; none may be misspelt.
-inline constexpr std::array<std::string_view, 42> kConfigTables = {
+inline constexpr std::array<std::string_view, 43> kConfigTables = {
     "mission",
     "bus",
     "simulation",
@@ -30,6 +30,7 @@ inline constexpr std::array<std::string_view, 42> kConfigTables = {
     "submap",
     "sensor_model",
     "map",
+    "put_in",
     "fuse",
     "registration",
     "loop_closure",

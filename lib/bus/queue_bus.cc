@@ -20,7 +20,7 @@ class QueueBus::Node final : public Bus {
   }
   void Every(Duration period, Tick tick) override { TickAt(queue_.now_ + period, period, tick); }
   void WhenCaughtUp(std::function<void()> work) override { works_.push_back(std::move(work)); }
-  std::int64_t epoch() const override { return 0; }
+  std::int64_t epoch() const override { return ToUtime(queue_.start_); }
 
   void Handle(const Subscription& subscription, const Event& event) const {
     subscription.handler(event.time, event.bytes);
@@ -43,7 +43,7 @@ class QueueBus::Node final : public Bus {
   std::vector<std::function<void()>> works_;
 };
 
-QueueBus::QueueBus() = default;
+QueueBus::QueueBus(Time start) : start_(start), now_(start) {}
 QueueBus::~QueueBus() = default;
 
 Bus& QueueBus::AddNode(const std::string& name, Duration latency) {

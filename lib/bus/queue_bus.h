@@ -26,7 +26,8 @@ class QueueBus {
   using Observer = std::function<void(Time, const std::string& channel, Bytes)>;
   using HandledObserver = std::function<void(const Handled&)>;
 
-  QueueBus();
+  /// Its time begins at `start`, which is also its nodes' epoch.
+  explicit QueueBus(Time start = {});
   ~QueueBus();
 
   /// The bus as the node called `name` sees it. What the node publishes arrives `latency` later:
@@ -67,7 +68,7 @@ class QueueBus {
   void Deliver(const Event& event);
   void Handle(const Subscription& subscription, const Event& event);
 
-  Time now_{};
+  Time start_, now_;
   std::int64_t arrivals_ = 0;
   std::priority_queue<Event, std::vector<Event>, std::greater<>> events_;
   std::map<std::string, std::vector<Subscription>> subscriptions_;

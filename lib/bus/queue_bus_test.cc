@@ -161,6 +161,17 @@ std::string TraceOf(std::uint64_t seed, std::vector<int> stops_ms) {
   return trace.str();
 }
 
+TEST(QueueBusStartTest, TimeAndEpochBeginAtTheStart) {
+  QueueBus queue(Time(std::chrono::seconds(100)));
+  Bus& node = queue.AddNode("node");
+  std::vector<Time> ticks;
+  node.Every(std::chrono::seconds(1), [&](Time now) { ticks.push_back(now); });
+  EXPECT_EQ(queue.now(), Time(std::chrono::seconds(100)));
+  EXPECT_EQ(node.epoch(), 100'000'000);
+  queue.RunUntil(Time(std::chrono::seconds(101)));
+  EXPECT_EQ(ticks, std::vector<Time>{Time(std::chrono::seconds(101))});
+}
+
 TEST(QueueBusDeterminismTest, ARunIsAFunctionOfItsInputsAlone) {
   const std::string trace = TraceOf(1, {200});
   EXPECT_GT(trace.size(), 1000u);

@@ -59,7 +59,9 @@ Eigen::AlignedBox3d CollisionChecker::PresenceBounds() const {
 
 bool CollisionChecker::TakesForFree(bool is_occupied, const Vec3& p_W) const {
   if (is_occupied) return presence_ == Presence::kCoversOccupied && IsInsideHull(p_W);
-  return !rules_.unknown_blocks || IsInsideHull(p_W) || bubble_.Holds(p_W);
+  return !rules_.unknown_blocks || IsInsideHull(p_W) ||
+         std::any_of(bubbles_.begin(), bubbles_.end(),
+                     [&](const FreeBubble& bubble) { return bubble.Holds(p_W); });
 }
 
 Eigen::AlignedBox3d CollisionChecker::SweptBounds(const OccupancyMap& map, const Waypoint& from,

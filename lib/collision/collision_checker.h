@@ -52,8 +52,9 @@ class CollisionChecker {
   /// The same rules with all clearances scaled by `share`; 0 leaves the bare hull.
   CollisionChecker Scaled(double share) const;
 
-  void SetBubble(const FreeBubble& bubble) { bubble_ = bubble; }
-  const FreeBubble& bubble() const { return bubble_; }
+  void SetBubble(const FreeBubble& bubble) { bubbles_ = {bubble}; }
+  void SetBubbles(std::vector<FreeBubble> bubbles) { bubbles_ = std::move(bubbles); }
+  const std::vector<FreeBubble>& bubbles() const { return bubbles_; }
   /// Boxes in W that no part of the vehicle, without clearance, may enter.
   void SetKeepOut(std::vector<Eigen::AlignedBox3d> boxes_W) { keep_out_W_ = std::move(boxes_W); }
   const std::vector<Eigen::AlignedBox3d>& keep_out_W() const { return keep_out_W_; }
@@ -94,7 +95,7 @@ class CollisionChecker {
   int SamplesOf(const OccupancyMap& map, const Waypoint& from, const Waypoint& to) const;
 
   CollisionRules rules_;
-  FreeBubble bubble_;
+  std::vector<FreeBubble> bubbles_;
   std::vector<Eigen::AlignedBox3d> keep_out_W_;
   // The box at the vehicle's present place, in which nothing can be: half its size is 0 before
   // SetPresence().

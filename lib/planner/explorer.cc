@@ -12,7 +12,7 @@ namespace {
 
 constexpr Duration kCheckPeriod = std::chrono::seconds(1);
 constexpr Duration kLookPeriod = std::chrono::seconds(1);
-/// Beside the fan, what counts as looked into near the start: half the hull's front.
+/// Beside the fan, what counts as looked into near a start: half the hull's front.
 constexpr double kBubbleBeside_rad = std::numbers::pi / 4;
 constexpr double kBubblePlay_m = 0.15;
 constexpr Duration kPlanTimeout = std::chrono::seconds(60);
@@ -43,7 +43,6 @@ Explorer::Explorer(const PlannerOptions& options, const MotionLimits& limits,
                    const ExplorationOptions& exploration, const SonarOptions& sonar,
                    const MissionOptions& mission)
     : limits_(limits), sonar_(sonar), mission_(mission), checker_(options.collision_rules()) {
-  bubble_.core_radius_m = 0;  // Until LookIntoBubble() nothing of it is free.
   SetRules(options, exploration);
 }
 
@@ -55,18 +54,23 @@ void Explorer::SetRules(const PlannerOptions& options, const ExplorationOptions&
   box_W_ = exploration.box_W();
   checker_ = CollisionChecker(options.collision_rules());
   checker_.SetKeepOut(exploration.keep_out_W());
-  if (start_W_) SetStart(*start_W_);
+  if (!bubbles_.empty()) {
+    const Vec3 first_W = bubbles_.front().center_W_m, start_W = bubbles_.back().center_W_m;
+    SetStart(first_W, start_W);
+  }
   routes_ = std::make_unique<Routes>(options, limits_, box_W_);
   planner_ = MakeViewPlanner(options, limits_, sonar_, box_W_, mission_.seed);
   if (state_ != ExplorerState::kFinished) plan_.reset();
 }
 
-void Explorer::SetStart(const Vec3& p_W) {
-  start_W_ = p_W;
-  home_W_ = exploration_.home == HomePlace::kStart ? p_W : exploration_.home_m;
-  bubble_.center_W_m = p_W;
-  bubble_.radius_m = options_.bubble_radius_m;
-  checker_.SetBubble(bubble_);
+void Explorer::SetStart(const Vec3& first_W, const Vec3& p_W) {
+  home_W_ = exploration_.home == HomePlace::kStart ? first_W : exploration_.home_m;
+  // Until LookIntoBubbles() nothing of them is free.
+  bubbles_.resize(first_W == p_W ? 1 : 2, FreeBubble{.core_radius_m = 0});
+  bubbles_.front().center_W_m = first_W;
+  bubbles_.back().center_W_m = p_W;
+  for (FreeBubble& bubble : bubbles_) bubble.radius_m = options_.bubble_radius_m;
+  checker_.SetBubbles(bubbles_);
 }
 
 Random Explorer::NextRandom() {
@@ -145,18 +149,20 @@ void Explorer::LookAround(const OccupancyMap& map, const Waypoint& at, Time now)
   if (looked_at_ && now - *looked_at_ < kLookPeriod) return;
   looked_at_ = now;
   planner_->Look(map, at);
-  LookIntoBubble(map, at);
+  LookIntoBubbles(map, at);
 }
 
-void Explorer::LookIntoBubble(const OccupancyMap& map, const Waypoint& at) {
+void Explorer::LookIntoBubbles(const OccupancyMap& map, const Waypoint& at) {
   // A turn must be possible, also a little beside the start.
   const Eigen::Vector2d turned_m =
       0.5 * options_.hull_size_m.head<2>() +
       Eigen::Vector2d::Constant(options_.unknown_clearance_m + 0.5 * map.grid().voxel_size_m());
-  bubble_.core_radius_m = turned_m.norm() + kBubblePlay_m;
-  if ((at.position_W_m - bubble_.center_W_m).norm() < bubble_.core_radius_m)
-    bubble_.LookInto(at.yaw_rad, ToRadians(sonar_.fov_deg) / 2 + kBubbleBeside_rad);
-  checker_.SetBubble(bubble_);
+  for (FreeBubble& bubble : bubbles_) {
+    bubble.core_radius_m = turned_m.norm() + kBubblePlay_m;
+    if ((at.position_W_m - bubble.center_W_m).norm() < bubble.core_radius_m)
+      bubble.LookInto(at.yaw_rad, ToRadians(sonar_.fov_deg) / 2 + kBubbleBeside_rad);
+  }
+  checker_.SetBubbles(bubbles_);
 }
 
 bool Explorer::NeedsPlan(const OccupancyMap& map, const Waypoint& at, Time now) {

@@ -45,7 +45,10 @@ class Explorer {
   ~Explorer();
 
   /// Where the vehicle started: home, and the place around which unknown space is taken for free.
-  void SetStart(const Vec3& p_W);
+  void SetStart(const Vec3& p_W) { SetStart(p_W, p_W); }
+  /// The same of a flight that goes on with the map of earlier ones: where the first of them
+  /// started, which is home, and where this one did. Both are such places.
+  void SetStart(const Vec3& first_W, const Vec3& p_W);
 
   /// To be called with every pose. Returns the new plan when there is one. While `hold` tells a
   /// reason the vehicle stays where it is.
@@ -85,8 +88,8 @@ class Explorer {
   bool Hold(const std::string& reason, const Waypoint& at);
   void SpendBudget(const Waypoint& at, Time now, int submaps);
   void LookAround(const OccupancyMap& map, const Waypoint& at, Time now);
-  /// What was looked into of the bubble around the start counts as free from then on.
-  void LookIntoBubble(const OccupancyMap& map, const Waypoint& at);
+  /// What was looked into of the bubbles around the starts counts as free from then on.
+  void LookIntoBubbles(const OccupancyMap& map, const Waypoint& at);
   bool NeedsPlan(const OccupancyMap& map, const Waypoint& at, Time now);
   bool HasReached(const Waypoint& at) const;
   bool IsBlocked(const OccupancyMap& map, const Waypoint& at) const;
@@ -129,14 +132,14 @@ class Explorer {
 
   ExplorerState state_ = ExplorerState::kExploring;
   std::string end_reason_, hold_;
-  std::optional<Vec3> start_W_, home_W_;
+  std::optional<Vec3> home_W_;
   Unseen unseen_;
   bool is_home_ = false;
   std::optional<Plan> plan_;
   PlanKind kind_ = PlanKind::kHold;
   Time planned_at_, checked_at_;
   std::optional<Time> looked_at_;
-  FreeBubble bubble_;
+  std::vector<FreeBubble> bubbles_;  // Around the starts, the first one's at first.
   std::optional<Time> started_at_;
   double flown_m_ = 0;
   std::optional<Waypoint> last_at_;

@@ -328,6 +328,19 @@ TEST_F(CoverageTest, GoesToAHomeThatIsNotTheStart) {
   EXPECT_LT((at_.position_W_m - exploration_.home_m).norm(), 0.51);
 }
 
+// As when it is put in at a place that the map of earlier flights does not show.
+TEST_F(CoverageTest, ALaterFlightBeginsElsewhereAndEndsAtTheFirstOnesStart) {
+  at_.position_W_m = {-1.5, 1.2, 0};
+  explorer_->SetStart(kStart.position_W_m, at_.position_W_m);
+  known_ = GridMap(kChamberVoxel_m);
+  Look(truth_, sonar_, at_.X_WB(), known_);
+  FlyToTheEnd();
+  EXPECT_EQ(explorer_->end_reason(), "nothing_to_gain");
+  EXPECT_LT(UnknownShare(), 0.02);
+  EXPECT_TRUE(explorer_->is_home());
+  EXPECT_LT(ToStart_m(), 0.51);
+}
+
 TEST_F(CoverageTest, HoldsWhileItIsToldTo) {
   const Plan* plan = Update();
   ASSERT_NE(plan, nullptr);

@@ -147,7 +147,7 @@ void FreePlaces::ReadChanges(const OccupancyMap& map, const CollisionChecker& ch
   const auto changed = revision_ < 0 ? std::nullopt : map.ChangedSince(revision_);
   revision_ = map.revision();
   const Eigen::AlignedBox3d was_hidden_W = std::exchange(hidden_W_, checker.PresenceBounds());
-  const FreeBubble was_bubble = std::exchange(bubble_, checker.bubble());
+  const std::vector<FreeBubble> old_bubbles = std::exchange(bubbles_, checker.bubbles());
   std::vector<VoxelBox> boxes;
   std::size_t count = 0;
   const auto add = [&](const Eigen::AlignedBox3d& box_W) {
@@ -161,7 +161,13 @@ void FreePlaces::ReadChanges(const OccupancyMap& map, const CollisionChecker& ch
     for (const Eigen::AlignedBox3d& box_W : *changed) add(box_W);
     add(was_hidden_W);
     add(hidden_W_);
-    if (bubble_ != was_bubble) add(bubble_.bounds_W().merged(was_bubble.bounds_W()));
+    for (std::size_t i = 0; i < std::max(bubbles_.size(), old_bubbles.size()); ++i) {
+      const auto bubble_in = [i](const std::vector<FreeBubble>& bubbles) {
+        return i < bubbles.size() ? bubbles[i] : FreeBubble();
+      };
+      const FreeBubble bubble = bubble_in(bubbles_), old_bubble = bubble_in(old_bubbles);
+      if (bubble != old_bubble) add(bubble.bounds_W().merged(old_bubble.bounds_W()));
+    }
   }
   if (!changed || count > voxels_.count()) boxes = {voxels_};
   for (const VoxelBox& box : boxes) Read(map, checker, box);

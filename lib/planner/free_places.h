@@ -100,7 +100,7 @@ class FreePlaces {
   std::vector<Level> levels_;
   std::int64_t revision_ = -1;
   Eigen::AlignedBox3d hidden_W_;  // Where the vehicle hid what the map says.
-  FreeBubble bubble_;
+  std::vector<FreeBubble> bubbles_;
   mutable std::vector<HeadingSet> headings_;
   mutable std::vector<bool> has_headings_;
 };

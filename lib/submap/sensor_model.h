@@ -41,6 +41,7 @@ struct SensorModelOptions {
     v("occupied_probability", occupied_probability, Between(0.1, 0.9),
       "a voxel counts as occupied from here");
   }
+  bool operator==(const SensorModelOptions&) const = default;
 };
 
 /// The same in units of log-odds.

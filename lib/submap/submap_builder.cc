@@ -90,14 +90,28 @@ SubmapPtr SubmapBuilder::Add(const RegisteredScan& registered) {
 
 SubmapPtr SubmapBuilder::Close() {
   if (!open_) return nullptr;
-  previous_ = Tail{open_->id(), open_->base.odometry, newest_};
+  previous_ = Tail{.id = open_->id(), .base = open_->base.odometry, .newest = newest_};
   inserter_.reset();
   open_->grid.Compact();
   return std::exchange(open_, nullptr);
 }
 
+void SubmapBuilder::Drop() {
+  inserter_.reset();
+  open_.reset();
+}
+
 void SubmapBuilder::ContinueAfter(const Submap& last) {
-  previous_ = Tail{last.id(), last.base.odometry, OdometryAtLastScan(last)};
+  previous_ = Tail{.id = last.id(), .base = last.base.odometry, .newest = OdometryAtLastScan(last)};
+}
+
+void SubmapBuilder::BeginFlight(const Submap& last, const PlaceInMap& place) {
+  ContinueAfter(last);
+  put_in_ = PutIn{place, (last.base.odometry.X_OB * place.X_ME).translation().z()};
+}
+
+void SubmapBuilder::ContinueFlight(const SubmapBase& first) {
+  previous_ = Tail{first.id - 1, first.odometry, first.odometry, first.edge};
 }
 
 void SubmapBuilder::Open(const RegisteredScan& registered) {
@@ -109,12 +123,24 @@ void SubmapBuilder::Open(const RegisteredScan& registered) {
   if (previous_) {
     open_->base.id = previous_->id + 1;
     open_->base.edge = EdgeTo(registered.odometry);
+    // From here on odometry tells where the vehicle is in the map.
+    if (std::exchange(put_in_, std::nullopt)) ContinueFlight(open_->base);
   }
   inserter_.emplace(SensorModel(model_), options_.voxel_size_m);
 }
 
-OdometryEdge SubmapBuilder::EdgeTo(const OdometrySample& base) const {
-  return MakeOdometryEdge(options_, drift_, previous_->base, previous_->newest, base);
+OdometryEdge SubmapBuilder::EdgeTo(const OdometrySample& to) const {
+  if (put_in_) {
+    const double risen_m = to.X_OB.translation().z() - put_in_->z_W_m;
+    return {put_in_->place.X_ME * MakePose({0, 0, risen_m}),
+            WithAbsolutes(put_in_->place.covariance, drift_)};
+  }
+  const auto& [id, base, newest, X_PB] = *previous_;
+  const OdometryEdge edge = MakeOdometryEdge(options_, drift_, base, newest, to);
+  return {X_PB.X_PM * edge.X_PM,
+          WithAbsolutes(ComposePlanarCovariance(PlanarOf(X_PB.covariance), edge.X_PM,
+                                                PlanarOf(edge.covariance)),
+                        drift_)};
 }
 
 bool SubmapBuilder::GoesOnWith(const OdometrySample& odometry) const {

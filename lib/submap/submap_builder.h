@@ -5,6 +5,7 @@
 
 #include "lib/base/config.h"
 #include "lib/scan/scan.h"
+#include "lib/submap/put_in.h"
 #include "lib/submap/scan_inserter.h"
 #include "lib/submap/sensor_model.h"
 #include "lib/submap/submap.h"
@@ -47,8 +48,22 @@ class SubmapBuilder {
   /// Closes the open submap as it is; nothing when it has no scan.
   SubmapPtr Close();
 
+  /// Forgets the open submap; the next one takes its number.
+  void Drop();
+
   /// Goes on after submaps of an earlier run of the program: the next id is one after `last`'s.
   void ContinueAfter(const Submap& last);
+  /// Begins a flight on the map of earlier ones, which ends in `last`: the next scan's place is
+  /// `place`, and what odometry told before tells nothing of it. Depth, roll and pitch are
+  /// measured.
+  void BeginFlight(const Submap& last, const PlaceInMap& place);
+  /// Goes on with a flight whose first submap began at `first` and was lost.
+  void ContinueFlight(const SubmapBase& first);
+
+  /// The motion from the base of the last closed submap. @pre there is one.
+  OdometryEdge EdgeTo(const OdometrySample& to) const;
+  /// Whether a submap was closed, in this flight or before.
+  bool HasLast() const { return previous_.has_value(); }
 
   /// The open submap, from its first scan on.
   const Submap* open() const { return open_ ? open_.get() : nullptr; }
@@ -59,10 +74,15 @@ class SubmapBuilder {
   struct Tail {
     SubmapId id;
     OdometrySample base, newest;
+    OdometryEdge X_PB = {Pose3::Identity(), Mat6::Zero()};  // From its base to that of `base`.
+  };
+  /// Where the next scan is taken, after `last` and in W's height.
+  struct PutIn {
+    PlaceInMap place;
+    double z_W_m;
   };
 
   void Open(const RegisteredScan& registered);
-  OdometryEdge EdgeTo(const OdometrySample& base) const;
   /// Whether a scan taken there belongs to the open submap.
   bool GoesOnWith(const OdometrySample& odometry) const;
 
@@ -73,6 +93,7 @@ class SubmapBuilder {
   std::optional<ScanInserter> inserter_;  // Of the open submap.
   Pose3 X_MB_ = Pose3::Identity();
   std::optional<Tail> previous_;  // The submap before the open one.
+  std::optional<PutIn> put_in_;   // Until the next scan.
   OdometrySample newest_;
 };
 

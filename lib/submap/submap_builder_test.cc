@@ -218,6 +218,79 @@ TEST_F(SubmapBuilderTest, GoesOnAfterTheSubmapsOfAnEarlierRun) {
   EXPECT_GT(dut.open()->base.edge.covariance(0, 0), 1e-4);
 }
 
+TEST_F(SubmapBuilderTest, ADroppedSubmapLeavesNoTrace) {
+  SubmapBuilder dut = Builder(), other = Builder();
+  const auto course = Course(25);
+  for (int i = 0; i < 15; ++i) dut.Add(course[i]);
+  dut.Drop();
+  EXPECT_EQ(dut.open(), nullptr);
+  for (int i = 0; i < 10; ++i) other.Add(course[i]);
+  for (int i = 15; i < 25; ++i) {
+    dut.Add(course[i]);
+    other.Add(course[i]);
+  }
+  EXPECT_TRUE(
+      dut.EdgeTo(course[24].odometry).X_PM.isApprox(other.EdgeTo(course[24].odometry).X_PM, 1e-12));
+  EXPECT_EQ(dut.Close(), nullptr);
+  dut.Add(course[24]);
+  EXPECT_EQ(dut.open()->id(), 2);
+}
+
+TEST_F(SubmapBuilderTest, AFlightBeginsWhereTheVehicleWasPutIn) {
+  SubmapBuilder first = Builder();
+  SubmapPtr last;
+  for (const RegisteredScan& scan : Course(10)) last = first.Add(scan);
+  ASSERT_NE(last, nullptr);
+  const PlaceInMap place{
+      {}, MakePose({1, -2, 0.5}, {0, 0, 0.3}), Vec3(0.09, 0.08, 0.01).asDiagonal()};
+  const double z_W_m = (last->base.odometry.X_OB * place.X_ME).translation().z();
+  // The same origin and segment as before: what odometry says of the time between does not count.
+  std::vector<RegisteredScan> course = Course(13, /*segment=*/1, /*first=*/40);
+  SubmapBuilder dut = Builder();
+  dut.BeginFlight(*last, place);
+  const OdometryEdge before = dut.EdgeTo(course[0].odometry);
+  const SubmapPtr closed = [&] {
+    SubmapPtr submap;
+    for (int i = 0; i < 10; ++i) submap = dut.Add(course[i]);
+    return submap;
+  }();
+  ASSERT_NE(closed, nullptr);
+  EXPECT_EQ(closed->id(), last->id() + 1);
+  const OdometryEdge& edge = closed->base.edge;
+  EXPECT_TRUE(edge.X_PM.isApprox(before.X_PM, 1e-12));
+  const double risen_m = course[0].odometry.X_OB.translation().z() - z_W_m;
+  EXPECT_TRUE(edge.X_PM.isApprox(place.X_ME * MakePose({0, 0, risen_m}), 1e-12)) << "but the depth";
+  EXPECT_TRUE(PlanarOf(edge.covariance).isApprox(place.covariance, 1e-12));
+  EXPECT_NEAR(edge.covariance(2, 2), 2 * std::pow(drift_.sigma_z_m, 2), 1e-15);
+  // From then on it is odometry's again.
+  dut.Add(course[10]);
+  EXPECT_TRUE(dut.open()->base.edge.X_PM.isApprox(
+      Ominus(course[0].odometry.X_OB, course[10].odometry.X_OB), 1e-12));
+}
+
+TEST_F(SubmapBuilderTest, AFlightWhoseFirstSubmapWasLostGoesOnFromThere) {
+  SubmapBuilder first = Builder();
+  SubmapPtr last;
+  for (const RegisteredScan& scan : Course(10)) last = first.Add(scan);
+  SubmapBuilder lost = Builder();
+  lost.BeginFlight(*last, {{}, MakePose({1, -2, 0}), 0.09 * Mat3::Identity()});
+  const std::vector<RegisteredScan> course = Course(5, /*segment=*/1, /*first=*/40);
+  for (const RegisteredScan& scan : course) lost.Add(scan);
+  const SubmapBase base = lost.open()->base;
+  SubmapBuilder dut = Builder();
+  dut.ContinueFlight(base);
+  dut.Add(course[4]);
+  EXPECT_EQ(dut.open()->id(), last->id() + 1);
+  const OdometryEdge& edge = dut.open()->base.edge;
+  const Pose3 moved = Ominus(course[0].odometry.X_OB, course[4].odometry.X_OB);
+  EXPECT_TRUE(edge.X_PM.isApprox(base.edge.X_PM * moved, 1e-12));
+  EXPECT_TRUE(PlanarOf(edge.covariance)
+                  .isApprox(ComposePlanarCovariance(
+                                PlanarOf(base.edge.covariance), moved,
+                                MotionCovariance(course[0].odometry, course[4].odometry)),
+                            1e-12));
+}
+
 TEST_F(SubmapBuilderTest, EdgesAreValidCovariances) {
   SubmapBuilder dut = Builder();
   for (int segment = 1; segment < 6; ++segment)

@@ -16,7 +16,7 @@ static_assert(std::endian::native == std::endian::little, "compact files are lit
 // a multiple of a brick's bytes, all bricks. The first check sum guards all but the bricks.
 
 constexpr std::array<char, 8> kMagic = {'V', 'O', 'G', '-', 'm', 'a', 'p', '\n'};
-constexpr std::uint64_t kVersion = 1;
+constexpr std::uint64_t kVersion = 2;
 constexpr std::size_t kBrickBytes = BrickGrid::kBrickVoxels;
 
 struct Header {
@@ -35,6 +35,9 @@ struct MapRecord {
   std::array<double, 5> probabilities{};
   std::int64_t run_id = 0;
   std::uint64_t complete = 0, graph_crc32 = 0;
+  std::uint64_t has_end = 0, has_put_in = 0;
+  EndEntry end;
+  PutInEntry put_in;
 };
 
 struct SubmapRecord {
@@ -48,7 +51,10 @@ struct SubmapRecord {
 };
 
 // A gap would be bytes of chance.
-static_assert(sizeof(Header) == 8 * 8 && sizeof(MapRecord) == 9 * 8);
+static_assert(sizeof(Header) == 8 * 8);
+static_assert(sizeof(EndEntry) == (1 + 7 + 9) * 8);
+static_assert(sizeof(PutInEntry) == (4 + 2 * 7 + 9 + 36) * 8);
+static_assert(sizeof(MapRecord) == 11 * 8 + sizeof(EndEntry) + sizeof(PutInEntry));
 static_assert(sizeof(SubmapEntry) == (1 + 5 + 4 * 7 + 2 * 9 + 36) * 8);
 static_assert(sizeof(SubmapRecord) == sizeof(SubmapEntry) + 9 * 8);
 static_assert(std::is_trivially_copyable_v<SubmapRecord>);
@@ -143,7 +149,11 @@ MapRecord RecordOf(const MapEntry& map) {
                             model.max_probability, model.occupied_probability},
           .run_id = map.run_id,
           .complete = map.complete,
-          .graph_crc32 = map.graph_crc32};
+          .graph_crc32 = map.graph_crc32,
+          .has_end = map.end.has_value(),
+          .has_put_in = map.put_in.has_value(),
+          .end = map.end.value_or(EndEntry{}),
+          .put_in = map.put_in.value_or(PutInEntry{})};
 }
 
 /// Gives each layout its places in the file. Returns where the bricks begin and end.
@@ -194,7 +204,9 @@ MapEntry EntryOf(const MapRecord& record) {
           .sensor_model = {p[0], p[1], p[2], p[3], p[4]},
           .run_id = record.run_id,
           .complete = record.complete != 0,
-          .graph_crc32 = record.graph_crc32};
+          .graph_crc32 = record.graph_crc32,
+          .end = record.has_end != 0 ? std::optional(record.end) : std::nullopt,
+          .put_in = record.has_put_in != 0 ? std::optional(record.put_in) : std::nullopt};
 }
 
 std::size_t PlaceOf(std::size_t submap) {

@@ -54,6 +54,19 @@ void WriteSubmap(const SubmapEntry& entry, std::ostream& out) {
       << "\nedge_covariance = " << ToArray(entry.edge_covariance) << "\n";
 }
 
+void WriteEnd(const EndEntry& entry, std::ostream& out) {
+  out << "\n[end]\nutime_us = " << entry.utime_us << "\nX_ME = " << ToArray(entry.X_ME)
+      << "\ncovariance = " << ToArray(entry.covariance) << "\n";
+}
+
+void WritePutIn(const PutInEntry& entry, std::ostream& out) {
+  out << "\n[put_in]\nid = " << entry.id << "\nutime_us = " << entry.utime_us
+      << "\norigin = " << entry.origin << "\nsegment = " << entry.segment
+      << "\nX_OM = " << ToArray(entry.X_OM) << "\ncovariance_OM = " << ToArray(entry.covariance_OM)
+      << "\nedge_X_PM = " << ToArray(entry.edge_X_PM)
+      << "\nedge_covariance = " << ToArray(entry.edge_covariance) << "\n";
+}
+
 // --- Reading ---
 
 /// Reads the entries of map.toml; a missing or odd one is the file's fault.
@@ -116,6 +129,23 @@ class TomlEntries {
             .min_probability = GetWithin("min_probability", kProbability),
             .max_probability = GetWithin("max_probability", kProbability),
             .occupied_probability = GetWithin("occupied_probability", kProbability)};
+  }
+
+  EndEntry GetEnd() const {
+    return {.utime_us = Get<std::int64_t>("utime_us"),
+            .X_ME = GetPose("X_ME"),
+            .covariance = GetNumbers<std::array<double, 9>>("covariance")};
+  }
+
+  PutInEntry GetPutIn() const {
+    return {.id = GetId(),
+            .utime_us = Get<std::int64_t>("utime_us"),
+            .origin = Get<std::int64_t>("origin"),
+            .segment = Get<std::int64_t>("segment"),
+            .X_OM = GetPose("X_OM"),
+            .edge_X_PM = GetPose("edge_X_PM"),
+            .covariance_OM = GetNumbers<std::array<double, 9>>("covariance_OM"),
+            .edge_covariance = GetNumbers<std::array<double, 36>>("edge_covariance")};
   }
 
   SubmapEntry GetSubmap() const {
@@ -199,6 +229,40 @@ SubmapPtr SubmapOf(const SubmapEntry& entry, BrickGrid grid) {
   return submap;
 }
 
+EndEntry EntryOf(const PlaceInMap& end) {
+  return {.utime_us = ToUtime(end.time),
+          .X_ME = ToStored(end.X_ME),
+          .covariance = ToStored(end.covariance)};
+}
+
+PlaceInMap EndOf(const EndEntry& entry) {
+  return {FromUtime(entry.utime_us), ToPose(entry.X_ME), Mat3(entry.covariance.data())};
+}
+
+PutInEntry EntryOf(const SubmapBase& put_in) {
+  const OdometrySample& odometry = put_in.odometry;
+  return {.id = put_in.id,
+          .utime_us = ToUtime(odometry.time),
+          .origin = odometry.origin,
+          .segment = odometry.segment,
+          .X_OM = ToStored(odometry.X_OB),
+          .edge_X_PM = ToStored(put_in.edge.X_PM),
+          .covariance_OM = ToStored(odometry.covariance),
+          .edge_covariance = ToStored(put_in.edge.covariance)};
+}
+
+SubmapBase PutInOf(const PutInEntry& entry) {
+  SubmapBase put_in;
+  put_in.id = static_cast<SubmapId>(entry.id);
+  put_in.odometry.time = FromUtime(entry.utime_us);
+  put_in.odometry.origin = entry.origin;
+  put_in.odometry.segment = entry.segment;
+  put_in.odometry.X_OB = ToPose(entry.X_OM);
+  put_in.odometry.covariance = Mat3(entry.covariance_OM.data());
+  put_in.edge = {ToPose(entry.edge_X_PM), Mat6(entry.edge_covariance.data())};
+  return put_in;
+}
+
 Pose3 ToPose(const StoredPose& stored) {
   const auto& [x, y, z, qx, qy, qz, qw] = stored;
   return MakePose(Vec3(x, y, z), Eigen::Quaterniond(qw, qx, qy, qz));
@@ -225,6 +289,8 @@ std::string ToMapToml(const MapEntries& entries) {
       << "\nmin_probability = " << ToText(model.min_probability)
       << "\nmax_probability = " << ToText(model.max_probability)
       << "\noccupied_probability = " << ToText(model.occupied_probability) << "\n";
+  if (map.end) WriteEnd(*map.end, out);
+  if (map.put_in) WritePutIn(*map.put_in, out);
   for (const SubmapEntry& entry : entries.submaps) WriteSubmap(entry, out);
   return std::move(out).str();
 }
@@ -243,12 +309,18 @@ MapEntries FromMapToml(const std::string& text, const std::string& file) {
                      " is not one that this version reads");
   const toml::table* model = table["sensor_model"].as_table();
   if (model == nullptr) throw UsageError(file + ": [sensor_model] is missing");
-  return {.map = {.voxel_size_m = entries.GetWithin("voxel_size_m", Between(1e-4, 1e4)),
-                  .sensor_model = TomlEntries(*model, file).GetSensorModel(),
-                  .run_id = entries.Get<std::int64_t>("run_id"),
-                  .complete = entries.Get<bool>("complete"),
-                  .graph_crc32 = entries.GetChecksum("graph_crc32")},
-          .submaps = ReadSubmaps(table, file)};
+  MapEntries read;
+  read.map = {.voxel_size_m = entries.GetWithin("voxel_size_m", Between(1e-4, 1e4)),
+              .sensor_model = TomlEntries(*model, file).GetSensorModel(),
+              .run_id = entries.Get<std::int64_t>("run_id"),
+              .complete = entries.Get<bool>("complete"),
+              .graph_crc32 = entries.GetChecksum("graph_crc32")};
+  if (const toml::table* end = table["end"].as_table())
+    read.map.end = TomlEntries(*end, file).GetEnd();
+  if (const toml::table* put_in = table["put_in"].as_table())
+    read.map.put_in = TomlEntries(*put_in, file).GetPutIn();
+  read.submaps = ReadSubmaps(table, file);
+  return read;
 }
 
 }  // namespace vog

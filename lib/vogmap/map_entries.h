@@ -2,9 +2,11 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "lib/submap/put_in.h"
 #include "lib/submap/sensor_model.h"
 #include "lib/submap/submap.h"
 
@@ -16,6 +18,21 @@ using StoredPose = std::array<double, 7>;
 /// In place of a CRC-32 that cannot be read.
 inline constexpr std::uint64_t kNoChecksum = ~std::uint64_t{0};
 
+/// What map.toml says of where the mission ended. Plain numbers without gaps, as all entries below.
+struct EndEntry {
+  std::int64_t utime_us = 0;
+  StoredPose X_ME{};
+  std::array<double, 9> covariance{};
+};
+
+/// And of how the newest flight on the map began: what odometry told of its first submap's base.
+struct PutInEntry {
+  std::int64_t id = 0, utime_us = 0, origin = 0, segment = 0;
+  StoredPose X_OM{}, edge_X_PM{};
+  std::array<double, 9> covariance_OM{};
+  std::array<double, 36> edge_covariance{};
+};
+
 /// What map.toml says of the map as a whole.
 struct MapEntry {
   double voxel_size_m = 0;
@@ -23,10 +40,11 @@ struct MapEntry {
   std::int64_t run_id = 0;
   bool complete = false;
   std::uint64_t graph_crc32 = 0;
+  std::optional<EndEntry> end = {};
+  std::optional<PutInEntry> put_in = {};
 };
 
-/// What map.toml says of a submap: all but its grid. Plain numbers without gaps, so that its bytes
-/// may be stored as they are.
+/// What map.toml says of a submap: all but its grid. Its bytes may be stored as they are.
 struct SubmapEntry {
   std::int32_t id = 0, scans = 0;
   std::int64_t first_utime_us = 0, last_utime_us = 0, origin = 0, segment = 0;
@@ -45,6 +63,11 @@ SubmapEntry EntryOf(const Submap& submap, const Pose3& X_WM, std::uint32_t octre
 
 /// The submap of an entry, with its grid.
 SubmapPtr SubmapOf(const SubmapEntry& entry, BrickGrid grid);
+
+EndEntry EntryOf(const PlaceInMap& end);
+PlaceInMap EndOf(const EndEntry& entry);
+PutInEntry EntryOf(const SubmapBase& put_in);
+SubmapBase PutInOf(const PutInEntry& entry);
 
 Pose3 ToPose(const StoredPose& stored);
 

@@ -163,6 +163,8 @@ void MapFolderWriter::Commit(const StoredMap& map) {
   MapEntries entries{
       .map = {map.voxel_size_m, map.sensor_model, map.run_id, map.complete, graph_crc32},
       .submaps = {}};
+  if (map.end) entries.map.end = EntryOf(*map.end);
+  if (map.put_in) entries.map.put_in = EntryOf(*map.put_in);
   for (const SubmapPtr& submap : map.submaps)
     entries.submaps.push_back(
         EntryOf(*submap, map.X_WM.at(submap->id()), octrees_.at(submap->id()).crc32));
@@ -234,6 +236,8 @@ LoadedMap LoadMapFolder(const std::filesystem::path& folder, CompactUse use) {
       .faults = {},
       .compact = content.compact,
       .octrees_read = content.octrees_read};
+  if (map.end) loaded.map.end = EndOf(*map.end);
+  if (map.put_in) loaded.map.put_in = PutInOf(*map.put_in);
   for (std::size_t i = 0; i < content.grids.size(); ++i) {
     const SubmapEntry& entry = content.entries.submaps[i];
     if (const auto* fault = std::get_if<std::string>(&content.grids[i])) {

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,10 @@ struct StoredMap {
   std::vector<SubmapPtr> submaps;  ///< In order of their numbers.
   std::map<SubmapId, Pose3> X_WM;  ///< One for each submap.
   std::string graph_g2o;           ///< The text of graph.g2o.
+  /// Where the vehicle was when the mission ended; nothing before, and in maps of other origin.
+  std::optional<PlaceInMap> end = {};
+  /// The base of the newest flight's first submap, on the map of earlier flights.
+  std::optional<SubmapBase> put_in = {};
 };
 
 /// The map to ask questions of; the submaps are shared.

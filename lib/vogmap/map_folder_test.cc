@@ -57,6 +57,8 @@ TEST_F(MapFolderTest, SavingALoadedMapGivesTheSameBytes) {
     plain.base.edge.X_PM = MakePose(RandomPoint(1, random_), Eigen::Quaterniond(0, 0, 0, 1));
     submap = std::make_shared<Submap>(plain);
   }
+  map_.end->X_ME = MakePose(RandomPoint(5, random_));
+  map_.put_in = map_.submaps.back()->base;
   SaveMapFolder(map_, folder_);
   const auto files = FilesOf(folder_);
   EXPECT_EQ(files.size(), 6u);
@@ -81,6 +83,18 @@ TEST_F(MapFolderTest, NumbersThatLookLikeIntegersReadBack) {
   const LoadedMap loaded = LoadMapFolder(folder_);
   EXPECT_EQ(loaded.map.X_WM.at(0).translation(), Vec3::Constant(1e22));
   EXPECT_EQ(loaded.map.X_WM.at(1).translation(), Vec3(1, -2, 300000));
+}
+
+TEST_F(MapFolderTest, NeedNotTellOfAnEndNorOfEarlierFlights) {
+  map_.end.reset();
+  map_.put_in.reset();
+  for (const bool is_complete : {false, true}) {  // From octrees, and from the compact file.
+    map_.complete = is_complete;
+    SaveMapFolder(map_, folder_);
+    ExpectSameMaps(LoadMapFolder(folder_).map, map_, /*exactly=*/false);
+  }
+  EXPECT_EQ(ReadFile(folder_ / "map.toml").find("[end]"), std::string::npos);
+  EXPECT_EQ(ReadFile(folder_ / "map.toml").find("[put_in]"), std::string::npos);
 }
 
 TEST_F(MapFolderTest, LeavesOutADamagedSubmapAndNamesIt) {

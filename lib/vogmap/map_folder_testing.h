@@ -31,6 +31,8 @@ inline StoredMap MakeMap(int submaps, Random& random) {
     map.X_WM[id] = RandomPose(20, random);
   }
   map.graph_g2o = "VERTEX_SE3:QUAT 0 0 0 0 0 0 0 1\n";
+  map.end = PlaceInMap{FromUtime(987654321), RandomPose(5, random), 0.25 * Mat3::Identity()};
+  if (submaps > 0) map.put_in = map.submaps.back()->base;
   return map;
 }
 
@@ -59,6 +61,23 @@ inline void ExpectSameMaps(const StoredMap& a, const StoredMap& b, bool exactly 
   EXPECT_EQ(a.run_id, b.run_id);
   EXPECT_EQ(a.complete, b.complete);
   EXPECT_EQ(a.graph_g2o, b.graph_g2o);
+  ASSERT_EQ(a.end.has_value(), b.end.has_value());
+  if (a.end) {
+    EXPECT_EQ(a.end->time, b.end->time);
+    EXPECT_TRUE(same_pose(a.end->X_ME, b.end->X_ME));
+    EXPECT_EQ(a.end->covariance, b.end->covariance);
+  }
+  ASSERT_EQ(a.put_in.has_value(), b.put_in.has_value());
+  if (a.put_in) {
+    EXPECT_EQ(a.put_in->id, b.put_in->id);
+    EXPECT_EQ(a.put_in->odometry.time, b.put_in->odometry.time);
+    EXPECT_EQ(a.put_in->odometry.origin, b.put_in->odometry.origin);
+    EXPECT_EQ(a.put_in->odometry.segment, b.put_in->odometry.segment);
+    EXPECT_EQ(a.put_in->odometry.covariance, b.put_in->odometry.covariance);
+    EXPECT_TRUE(same_pose(a.put_in->odometry.X_OB, b.put_in->odometry.X_OB));
+    EXPECT_TRUE(same_pose(a.put_in->edge.X_PM, b.put_in->edge.X_PM));
+    EXPECT_EQ(a.put_in->edge.covariance, b.put_in->edge.covariance);
+  }
   ASSERT_EQ(a.submaps.size(), b.submaps.size());
   ASSERT_EQ(a.X_WM.size(), b.X_WM.size());
   for (std::size_t i = 0; i < a.submaps.size(); ++i) {

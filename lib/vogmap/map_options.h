@@ -26,10 +26,13 @@ inline const Names<MapMethod>& MapMethodNames() {
 /// Table [map].
 struct MapOptions {
   std::string directory = "map";
+  std::string resume;
   MapMethod method = MapMethod::kCached;
 
   void Visit(OptionsVisitor& v) {
     v("directory", directory, "where the map is kept; a map of the same run there is gone on with");
+    v("resume", resume,
+      "folder of a map that the mission goes on from, which stays as it is; empty: a new map");
     v("method", method, MapMethodNames(),
       "how the planner's map of submaps answers; all but cached are baselines");
   }

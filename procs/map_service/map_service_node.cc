@@ -9,6 +9,7 @@
 #include "lib/bus/lcm_bus.h"
 #include "lib/messages/submap_receiver.h"
 #include "lib/submap/octree_file.h"
+#include "procs/map_service/earlier_map.h"
 #include "procs/map_service/map_answers.h"
 
 namespace vog {
@@ -28,13 +29,10 @@ std::uint32_t VersionOf(submap_t message) {
 }  // namespace
 
 MapServiceSettings MapServiceSettings::From(const Config& config) {
-  return {config.Read<MissionOptions>("mission"),
-          config.Read<MapOptions>("map"),
-          config.Read<FuseOptions>("fuse"),
-          config.Read<SubmapOptions>("submap"),
-          config.Read<SensorModelOptions>("sensor_model"),
-          config.Read<DriftOptions>("drift"),
-          config.Read<BusOptions>("bus").run_id};
+  return {config.Read<MissionOptions>("mission"), config.Read<MapOptions>("map"),
+          config.Read<PutInOptions>("put_in"),    config.Read<FuseOptions>("fuse"),
+          config.Read<SubmapOptions>("submap"),   config.Read<SensorModelOptions>("sensor_model"),
+          config.Read<DriftOptions>("drift"),     config.Read<BusOptions>("bus").run_id};
 }
 
 MapServiceNode::MapServiceNode(Bus& bus, const MapServiceSettings& settings)
@@ -72,7 +70,10 @@ MapServiceNode::MapServiceNode(Bus& bus, const MapServiceSettings& settings)
 }
 
 void MapServiceNode::Resume() {
-  if (!IsMapFolder(settings_.map.directory)) return;
+  if (!IsMapFolder(settings_.map.directory)) {
+    if (settings_.map.resume.empty()) return;
+    CopyEarlier();
+  }
   LoadedMap loaded = LoadMapFolder(settings_.map.directory);
   if (settings_.run_id != 0 && loaded.map.run_id != settings_.run_id)
     throw UsageError(settings_.map.directory +
@@ -85,20 +86,51 @@ void MapServiceNode::Resume() {
     throw UsageError(settings_.map.directory +
                      ": holds a map of another submap.voxel_size_m; choose another map.directory");
   for (const std::string& fault : loaded.faults) LogLine(fault);
-  for (const SubmapPtr& submap : loaded.map.submaps) {
-    // Numbers without a gap: what comes behind a damaged submap cannot be joined to the rest.
-    if (submap->id() != submaps_.size()) {
-      LogLine(settings_.map.directory + ": going on after submap " +
-              std::to_string(submaps_.size() - 1));
-      break;
-    }
+  StoredMap& map = loaded.map;
+  std::size_t whole = 0;
+  // Numbers without a gap: what comes behind a damaged submap cannot be joined to the rest.
+  while (whole < map.submaps.size() && map.submaps[whole]->id() == static_cast<SubmapId>(whole))
+    ++whole;
+  if (whole < map.submaps.size()) {
+    LogLine(settings_.map.directory + ": going on after submap " + std::to_string(whole - 1));
+    map.submaps.resize(whole);
+  }
+  for (const SubmapPtr& submap : map.submaps) {
     const std::string octree_bytes = ToOctreeBytes(submap->grid);
     digest_ = AppendToDigest(digest_, VersionOf(ToMessage(*submap, octree_bytes)));
     writer_.AddSubmap(*submap, octree_bytes);
-    submaps_.Place(submap, loaded.map.X_WM.at(submap->id()));
-    builder_.ContinueAfter(*submap);
+    submaps_.Place(submap, map.X_WM.at(submap->id()));
   }
-  is_complete_ = is_finished_ = loaded.map.complete;
+  if (!map.submaps.empty()) JoinTo(map);
+  is_complete_ = is_finished_ = map.complete;
+}
+
+void MapServiceNode::CopyEarlier() {
+  StoredMap map = LoadEarlierMap(settings_.map.resume, settings_.mission, settings_.submap,
+                                 settings_.sensor_model);
+  if (!map.end)
+    LogLine(settings_.map.resume +
+            ": does not tell where its mission ended; the place of its last scan is taken");
+  PutInPlaceOf(map, settings_.put_in);  // Throws where that is not known.
+  map.run_id = settings_.run_id;
+  map.complete = false;
+  map.put_in.reset();
+  SaveMapFolder(map, settings_.map.directory);
+}
+
+void MapServiceNode::JoinTo(const StoredMap& map) {
+  const Submap& last = *map.submaps.back();
+  end_ = map.end;
+  put_in_ = map.put_in;
+  if (put_in_) first_ = put_in_->id;
+  if (settings_.map.resume.empty() || (put_in_ && put_in_->id <= last.id())) {
+    builder_.ContinueAfter(last);
+  } else if (put_in_ && put_in_->id == last.id() + 1) {
+    builder_.ContinueFlight(*put_in_);
+  } else {
+    first_ = last.id() + 1;
+    builder_.BeginFlight(last, PutInPlaceOf(map, settings_.put_in));
+  }
 }
 
 void MapServiceNode::OnScan(const scan_t& message) {
@@ -118,6 +150,7 @@ void MapServiceNode::OnNav(const nav_t& message) {
     return;
   }
   newest_ = std::max(newest_, sample->time);
+  newest_odometry_ = *sample;
   synchronizer_.Add(*sample);
   AddScans();
 }
@@ -155,7 +188,13 @@ void MapServiceNode::ShowOpen() {
   map_.SetOpen(&open->grid, submaps_.Has(open->id() - 1) ? submaps_.X_WM(open->id() - 1) * edge.X_PM
                                                          : open->base.odometry.X_OB);
   told_open_ = open->id();
+  if (first_ > 0 && open->id() == first_ && !put_in_) NotePutIn(open->base);
   PublishStatus(newest_);
+}
+
+void MapServiceNode::NotePutIn(const SubmapBase& first) {
+  put_in_ = first;
+  Save(/*complete=*/false);
 }
 
 void MapServiceNode::OnClosed(const SubmapPtr& submap, Time time) {
@@ -201,9 +240,9 @@ void MapServiceNode::OnGraph(const graph_t& message) {
 void MapServiceNode::OnMissionStatus(const mission_status_t& message) {
   if (message.state != "finished" || is_finished_) return;
   is_finished_ = true;
-  const SubmapPtr last = builder_.Close();
   // What was seen beyond the budget does not belong to the mission.
-  if (last && message.end_reason != kBudgetUsed) OnClosed(last, newest_);
+  if (message.end_reason == kBudgetUsed) builder_.Drop();
+  if (const SubmapPtr last = builder_.Close()) OnClosed(last, newest_);
   ShowOpen();
   CompleteIfDone(newest_);
 }
@@ -212,6 +251,10 @@ void MapServiceNode::CompleteIfDone(Time time) {
   if (!is_finished_ || is_complete_ || posed_submaps_ < submaps_.size() ||
       graph_.version != poses_version_)
     return;
+  if (newest_odometry_ && builder_.HasLast()) {
+    const OdometryEdge motion = builder_.EdgeTo(*newest_odometry_);
+    end_ = PlaceInMap{newest_odometry_->time, motion.X_PM, PlanarOf(motion.covariance)};
+  }
   Save(/*complete=*/true);
   is_complete_ = save_fault_.empty();
   PublishStatus(time);
@@ -245,7 +288,9 @@ void MapServiceNode::Save(bool complete) {
                 complete,
                 {},
                 {},
-                ToG2oText(Graph())};
+                ToG2oText(Graph()),
+                end_,
+                put_in_};
   for (const SubmapId id : submaps_.ids()) {
     map.submaps.push_back(submaps_.outline(id));
     map.X_WM[id] = submaps_.X_WM(id);
@@ -273,6 +318,7 @@ void MapServiceNode::PublishSubmap(const submap_t& message, Time time) {
 void MapServiceNode::PublishStatus(Time time) {
   map_status_t status{};
   status.submaps = submaps_.size();
+  status.first = first_;
   status.digest = digest_;
   const Submap* open = builder_.open();
   status.has_open = open != nullptr;

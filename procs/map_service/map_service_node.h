@@ -22,6 +22,7 @@ namespace vog {
 struct MapServiceSettings {
   MissionOptions mission;
   MapOptions map;
+  PutInOptions put_in;
   FuseOptions fuse;
   SubmapOptions submap;
   SensorModelOptions sensor_model;
@@ -37,12 +38,17 @@ struct MapServiceSettings {
 /// SUBMAP, MAP_STATUS, MAP_REPLY, MAP_REQUEST (poses), STATUS.
 class MapServiceNode {
  public:
-  /// Goes on with the map in the directory if it is of this run and not complete. @throws
-  /// UsageError when it is another run's.
+  /// Goes on with the map in the directory if it is of this run and not complete; where there is
+  /// none, with a copy of map.resume's, if any. @throws UsageError when it is another run's, or the
+  /// map of earlier flights cannot be gone on from.
   MapServiceNode(Bus& bus, const MapServiceSettings& settings);
 
  private:
   void Resume();
+  /// Takes over the map of earlier flights. A process that is killed meanwhile does it again.
+  void CopyEarlier();
+  /// Tells the builder what the next submap hangs on.
+  void JoinTo(const StoredMap& map);
   bool IsBudgetUsed() const { return submaps_.size() >= settings_.mission.max_submaps; }
   void OnScan(const scan_t& message);
   void OnNav(const nav_t& message);
@@ -55,6 +61,8 @@ class MapServiceNode {
   void OnRequest(const map_request_t& request);
   void CompleteIfDone(Time time);
   void ShowOpen();
+  /// Keeps how the flight began, for the case that its first submap is lost.
+  void NotePutIn(const SubmapBase& first);
   void Save(bool complete);
   G2oGraph Graph() const;
   void PublishSubmap(const submap_t& message, Time time);
@@ -74,6 +82,10 @@ class MapServiceNode {
   int told_open_ = -1;                       // Number of the open submap that was told last.
   std::map<SubmapId, std::string> unsaved_;  // Octree files that are not on disk yet.
   bool is_finished_ = false, is_complete_ = false;
+  SubmapId first_ = 0;  // Of this flight.
+  std::optional<SubmapBase> put_in_;
+  std::optional<PlaceInMap> end_;
+  std::optional<OdometrySample> newest_odometry_;
   std::int64_t leaps_ = 0;
   std::string save_fault_;
   Time newest_;

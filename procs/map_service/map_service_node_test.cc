@@ -6,7 +6,9 @@
 
 #include "lib/messages/submap_receiver.h"
 #include "lib/submap/octree_file.h"
+#include "lib/vogmap/map_folder_testing.h"
 #include "lib/vogmap/merged_grid.h"
+#include "procs/map_service/earlier_map.h"
 #include "procs/map_service/node_testing.h"
 
 namespace vog {
@@ -515,6 +517,156 @@ TEST_F(MapServiceNodeTest, CompleteMapStaysCompleteOverARestart) {
   EXPECT_EQ(Status().submaps, 1);
   EXPECT_TRUE(Status().complete);
   EXPECT_TRUE(ToldIds().empty());
+}
+
+/// A finished map of two submaps, and a new mission that goes on from it.
+class MapServiceResumeTest : public MapServiceNodeTest {
+ protected:
+  MapServiceResumeTest() {
+    vehicle_.Drive(2 * kScansPerSubmap);
+    SayPoses(2, 3);
+    SayGraph(3);
+    vehicle_.Drive(3);  // The open submap is of the budget's rest, and dropped.
+    mission_status_t status{};
+    status.state = "finished";
+    status.end_reason = "max_submaps";
+    bench_.Say(outputs::kMissionStatus, status, bench_.queue.now());
+    bench_.RunFor(Duration(0));
+    EXPECT_TRUE(Status().complete);
+    end_ = vehicle_.end();
+    settings_.map.resume = settings_.map.directory;
+    settings_.map.directory = (folder_.path / "new").string();
+    bench_.Forget();
+  }
+
+  StoredMap Old() const { return LoadMapFolder(settings_.map.resume).map; }
+  StoredMap New() const { return LoadMapFolder(settings_.map.directory).map; }
+  std::string Refusal() {
+    try {
+      Start();
+    } catch (const UsageError& error) {
+      EXPECT_FALSE(IsMapFolder(settings_.map.directory));
+      return error.what();
+    }
+    return "not refused";
+  }
+
+  Time end_;
+};
+
+TEST_F(MapServiceResumeTest, AFinishedMapTellsWhereTheVehicleWasThen) {
+  const StoredMap map = Old();
+  ASSERT_TRUE(map.end.has_value());
+  EXPECT_FALSE(map.put_in.has_value());
+  EXPECT_EQ(map.end->time, end_);
+  const OdometrySample base = map.submaps.back()->base.odometry;
+  EXPECT_TRUE(map.end->X_ME.isApprox(Ominus(base.X_OB, CirclingVehicle::PoseAt(end_)), 1e-6));
+  EXPECT_TRUE(map.end->covariance.isApprox(MotionCovariance(base, vehicle_.SampleAt(end_)), 1e-6));
+}
+
+TEST_F(MapServiceResumeTest, GoesOnWithACopyOfTheMap) {
+  const auto files = FilesOf(settings_.map.resume);
+  Start();
+  vehicle_.Drive(kScansPerSubmap + 2);
+  const map_status_t first = bench_.Said(outputs::kMapStatus).front();
+  EXPECT_EQ(first.submaps, 2);
+  EXPECT_EQ(first.first, 2);
+  EXPECT_FALSE(first.complete);
+  ASSERT_EQ(ToldIds(), (std::vector<SubmapId>{2}));
+  // The old segment goes on, but nobody knows what the vehicle did meanwhile: what it reckoned then
+  // does not count.
+  const OdometryEdge edge = ToldSubmaps()[0]->base.edge;
+  const PlaceInMap place = PutInPlaceOf(Old(), settings_.put_in);
+  EXPECT_TRUE(edge.X_PM.translation().head<2>().isApprox(place.X_ME.translation().head<2>(), 0.02));
+  EXPECT_TRUE(PlanarOf(edge.covariance).isApprox(place.covariance, 1e-9));
+  EXPECT_GT(HorizontalSigma(edge.covariance), settings_.put_in.sigma_m);
+  const StoredMap map = New();
+  ASSERT_EQ(map.submaps.size(), 3u);
+  ASSERT_TRUE(map.put_in.has_value());
+  EXPECT_EQ(map.put_in->id, 2);
+  EXPECT_FALSE(map.complete);
+  const auto copied = FilesOf(settings_.map.directory);
+  for (const char* name : {"submaps/000000.ot", "submaps/000001.ot"})
+    EXPECT_TRUE(copied.at(name) == files.at(name)) << name;
+  EXPECT_TRUE(FilesOf(settings_.map.resume) == files) << "the old map stays as it is";
+
+  Start();  // Killed, and started with the same settings.
+  bench_.Forget();
+  vehicle_.Drive(kScansPerSubmap);
+  EXPECT_EQ(Status().first, 2);
+  EXPECT_EQ(ToldIds(), (std::vector<SubmapId>{3}));
+}
+
+TEST_F(MapServiceResumeTest, KilledBeforeItsFirstSubmapItKnowsWhereTheFlightBegan) {
+  Start();
+  vehicle_.Drive(kScansPerSubmap - 2);
+  const SubmapBase base = *FromMessage(Status().open);
+  EXPECT_EQ(base.id, 2);
+  Start();
+  bench_.Forget();
+  vehicle_.Drive(kScansPerSubmap + 1);
+  ASSERT_EQ(ToldIds(), (std::vector<SubmapId>{2}));
+  const SubmapBase again = ToldSubmaps()[0]->base;
+  const Pose3 moved = Ominus(base.odometry.X_OB, again.odometry.X_OB);
+  EXPECT_GT(moved.translation().norm(), 0.1);
+  EXPECT_TRUE(again.edge.X_PM.isApprox(base.edge.X_PM * moved, 1e-6));
+  EXPECT_EQ(Status().first, 2);
+}
+
+TEST_F(MapServiceResumeTest, AMapWithoutAnEndGoesOnFromItsLastScan) {
+  StoredMap map = Old();
+  map.end.reset();
+  SaveMapFolder(map, settings_.map.resume);
+  Start();
+  vehicle_.Drive(kScansPerSubmap + 1);
+  ASSERT_EQ(ToldIds(), (std::vector<SubmapId>{2}));
+  const Vec3 put_in_m = ToldSubmaps()[0]->base.edge.X_PM.translation();
+  EXPECT_TRUE(put_in_m.head<2>().isApprox(map.submaps.back()->X_ML.translation().head<2>(), 0.02));
+}
+
+TEST_F(MapServiceResumeTest, BeginsWhereTheFirstFlightDidOrAtAPlace) {
+  const StoredMap map = Old();
+  const Pose3 X_WM = map.X_WM.at(1);
+  settings_.put_in.place = PutInPlace::kStart;
+  const PlaceInMap start = PutInPlaceOf(map, settings_.put_in);
+  EXPECT_TRUE((X_WM * start.X_ME).isApprox(map.X_WM.at(0), 1e-9));
+  settings_.put_in.place = PutInPlace::kPlace;
+  settings_.put_in.position_m = {5, 6, -1};
+  settings_.put_in.yaw_deg = 90;
+  const PlaceInMap place = PutInPlaceOf(map, settings_.put_in);
+  EXPECT_TRUE((X_WM * place.X_ME).isApprox(MakePose({5, 6, -1}, {0, 0, ToRadians(90)}), 1e-9));
+  // The place is known by the first submap, which the last one's edge joins to the last.
+  const Mat3 of_edge = PlanarOf(map.submaps[1]->base.edge.covariance);
+  const double put_in = std::pow(settings_.put_in.sigma_m, 2);
+  EXPECT_GT(start.covariance(0, 0), put_in + 0.9 * of_edge(0, 0));
+  EXPECT_LT(start.covariance(0, 0), put_in + 1.5 * of_edge(0, 0) + 1e-4);
+  EXPECT_GT(place.covariance(0, 0), start.covariance(0, 0)) << "the heading's lever";
+}
+
+TEST_F(MapServiceResumeTest, RefusesWhatItCannotGoOnFrom) {
+  const MapServiceSettings good = settings_;
+  settings_.submap.voxel_size_m = 0.2;
+  EXPECT_NE(Refusal().find("its voxels are of 0.15 m, submap.voxel_size_m is 0.2"),
+            std::string::npos);
+  settings_ = good;
+  settings_.sensor_model.hit_probability = 0.8;
+  EXPECT_NE(Refusal().find("another [sensor_model]"), std::string::npos);
+  settings_ = good;
+  settings_.mission.max_submaps = 2;
+  EXPECT_NE(Refusal().find("it has 2 submaps"), std::string::npos);
+  settings_ = good;
+  settings_.map.resume = folder_.path.string();
+  EXPECT_NE(Refusal().find("no map here"), std::string::npos);
+  settings_ = good;
+  StoredMap map = Old();
+  const std::string whole = map.graph_g2o;
+  map.graph_g2o = whole.substr(0, whole.find("EDGE_SE3:QUAT"));
+  SaveMapFolder(map, settings_.map.resume);
+  EXPECT_NE(Refusal().find("no edge joins"), std::string::npos);
+  map.graph_g2o = whole;
+  SaveMapFolder(map, settings_.map.resume);
+  Overwrite(std::filesystem::path(settings_.map.resume) / "submaps/000001.ot", "not an octree");
+  EXPECT_NE(Refusal().find("000001.ot: the check sum does not match"), std::string::npos);
 }
 
 // A file where the folder was: as good as a full disk.

@@ -136,6 +136,7 @@ void PlannerNode::OnSubmap(const SubmapPtr& submap) {
 
 void PlannerNode::OnMapStatus(const map_status_t& status) {
   is_complete_ = status.complete;
+  first_ = status.first;
   if (receiver_.IsComplete()) seconds_without_map_ = 0;
 }
 
@@ -233,7 +234,9 @@ bool PlannerNode::MayPlan() const {
   if (is_complete_) return false;
   // The mission ends with its budget, whether the last submaps are here or not.
   if (receiver_.announced() >= settings_.mission.max_submaps) return true;
-  if (receiver_.IsComplete()) return true;
+  // The first plan is made on the whole map at SLAM's poses.
+  if (receiver_.IsComplete())
+    return has_start_ || static_cast<int>(X_WM_.size()) >= receiver_.announced();
   // Submaps that are on their way come in a moment.
   return has_start_ && seconds_without_map_ >= kBusPatience_s;
 }
@@ -242,12 +245,7 @@ void PlannerNode::PlanWithNewestPose() {
   const auto estimate = std::exchange(newest_estimate_, std::nullopt);
   if (!estimate || !MayPlan()) return;
   const auto& [time, X_WB, X_WO, segment, covariance_xyyaw] = *estimate;
-  if (!has_start_) {
-    // Who comes late knows the start from the first submap.
-    explorer_.SetStart(submaps_.Has(0) ? submaps_.X_WM(0).translation() : X_WB.translation());
-    has_start_ = true;
-    newest_scan_ = std::max(newest_scan_, newest_pose_);
-  }
+  if (!has_start_) SetStart(X_WB);
   ShowOpen(X_WO, segment);
   map_->SetSigmaSince(std::sqrt(std::max({0.0, covariance_xyyaw(0, 0), covariance_xyyaw(1, 1)})));
   const ExplorerState before = explorer_.state();
@@ -258,6 +256,16 @@ void PlannerNode::PlanWithNewestPose() {
   if (plan != nullptr) PublishPlan(*plan, time);
   MeasureExplored();
   if (explorer_.state() != before || explorer_.hold() != held) PublishMissionStatus(time);
+}
+
+void PlannerNode::SetStart(const Pose3& X_WB) {
+  // Who comes late knows starts from the first submaps.
+  const auto start_W = [&](SubmapId first) -> Vec3 {
+    return submaps_.Has(first) ? submaps_.X_WM(first).translation() : X_WB.translation();
+  };
+  explorer_.SetStart(start_W(0), start_W(first_));
+  has_start_ = true;
+  newest_scan_ = std::max(newest_scan_, newest_pose_);
 }
 
 std::string PlannerNode::ReasonToHold() const {

@@ -64,6 +64,7 @@ class PlannerNode {
   std::string ReasonToHold() const;
   void PlanWithNewestPose();
   bool MayPlan() const;
+  void SetStart(const Pose3& X_WB);
   void MeasureExplored();
   void ShowOpen(const Pose3& X_WO, std::int64_t segment);
   void PublishPlan(const Plan& plan, Time time);
@@ -93,6 +94,7 @@ class PlannerNode {
   std::optional<PoseEstimate> newest_estimate_;  // Until it has been planned with.
   std::int64_t poses_skipped_ = 0;
   std::int64_t leaps_ = 0;
+  SubmapId first_ = 0;  // Of this flight.
   bool has_start_ = false;
   bool is_complete_ = false;   // The mission is over and its map saved.
   int measured_submaps_ = -1;  // When explored_m3_ was measured.

@@ -137,6 +137,25 @@ TEST_F(PlannerNodeTest, WaitsForTheMap) {
   EXPECT_EQ(bench_.StatusOf("vog-planner").health, "waiting for submaps");
 }
 
+TEST_F(PlannerNodeTest, MakesItsFirstPlanOnTheWholeMapAtTheSlamsPoses) {
+  vehicle_.Drive(2 * kScansPerSubmap);
+  slam_.reset();
+  Start();
+  bench_.RunFor(std::chrono::seconds(5));
+  EXPECT_EQ(bench_.StatusOf("vog-planner").health, "ok") << "all submaps are here";
+  pose_estimate_t pose{};
+  pose.X_WB = pose.X_WO = ToMessage(Pose3::Identity());
+  bench_.Forget();
+  bench_.Say(outputs::kPose, pose, bench_.queue.now());
+  bench_.RunFor(Duration(0));
+  EXPECT_TRUE(bench_.Said(outputs::kPlan).empty());
+  slam_ = std::make_unique<Process<SlamNode>>(bench_.queue, 6, slam_settings_);
+  bench_.RunFor(std::chrono::seconds(4));
+  bench_.Say(outputs::kPose, pose, bench_.queue.now());
+  bench_.RunFor(Duration(0));
+  EXPECT_FALSE(bench_.Said(outputs::kPlan).empty());
+}
+
 TEST_F(PlannerNodeTest, EndsWithTheBudget) {
   settings_.mission.max_submaps = 2;
   settings_.mission.when_done = WhenDone::kEnd;

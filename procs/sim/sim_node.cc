@@ -41,7 +41,9 @@ SimSettings SimSettings::From(const Config& config) {
                     config.Read<DriftOptions>("drift"),
                     config.Read<SensorOptions>("navigation_sensors"),
                     config.Read<NavigationFaultOptions>("navigation_faults"),
-                    static_cast<std::uint64_t>(settings.mission.seed)};
+                    0};
+  settings.world.seed = NoiseSeed(static_cast<std::uint64_t>(settings.mission.seed),
+                                  settings.world.simulation.start());
   settings.scene_W = MakeScene(SceneSettings::From(config));
   settings.live = config.Read<LiveOptions>("live");
   settings.vehicle_link = config.Read<VehicleLinkOptions>("sim_vehicle_link");
@@ -68,7 +70,9 @@ SimNode::SimNode(Bus& bus, const SimSettings& settings, SimWires wires)
     : settings_(settings),
       wires_(std::move(wires)),
       endpoint_(bus, "vog-sim", settings.run_id),
-      world_(settings.world, settings.scene_W) {
+      world_(settings.world, settings.scene_W),
+      time_(settings.world.simulation.start()),
+      commanded_(time_) {
   endpoint_.Subscribe(outputs::kVehicleCommand,
                       [this](Time, const control_t& message) { OnCommand(message); });
   endpoint_.ReportStatus(
@@ -151,7 +155,8 @@ void LivePacer::OnTick(Time now) {
   sim_.StepWires();
   if (!anchor_) {
     anchor_ = advanced_ = now;
-    sim_.AdvanceTo(Time{});
+    anchor_sim_ = sim_.time();
+    sim_.AdvanceTo(anchor_sim_);
   }
   const Time next = sim_.next_due();
   const double lag_s = options_.speed * ToSeconds(now - *anchor_) - ToSeconds(next - anchor_sim_);

@@ -68,7 +68,7 @@ class SimNode {
   /// The next moment at which there is something to tell.
   Time next_due() const { return world_.next_due(); }
   Time time() const { return time_; }
-  /// The vehicle time that the newest command answers; 0 before the first.
+  /// The vehicle time that the newest command answers; the start before the first.
   Time commanded() const { return commanded_; }
 
  private:

@@ -102,7 +102,8 @@ void SlamNode::OnSubmap(const SubmapPtr& submap) {
     slam_->AddSubmap(next);
     odometry_[next->id()] = next->base.odometry;
     newest_ = std::max(newest_, next->last_scan);
-    if (!last_ || last_->odometry.time < next->last_scan)
+    const bool is_newer = !last_ || last_->odometry.time < next->last_scan;
+    if (next->id() >= first_ && is_newer)
       last_ = Last{AnchorAt(next->id()), OdometryAtLastScan(*next)};
     added = true;
   }
@@ -121,6 +122,8 @@ void SlamNode::PublishSolution(Time time) {
 }
 
 void SlamNode::OnMapStatus(const map_status_t& status) {
+  if (status.first != first_) last_.reset();
+  first_ = status.first;
   open_.reset();
   if (!status.has_open) return;
   open_ = FromMessage(status.open);
@@ -145,8 +148,9 @@ std::optional<SlamNode::Anchor> SlamNode::AnchorFor(const OdometrySample& sample
 }
 
 std::optional<SlamNode::Anchor> SlamNode::BaseIn(std::int64_t segment) const {
-  if (!odometry_.empty() && odometry_.rbegin()->second.segment == segment)
-    return AnchorAt(odometry_.rbegin()->first);
+  const auto newest = odometry_.rbegin();
+  if (newest != odometry_.rend() && newest->first >= first_ && newest->second.segment == segment)
+    return AnchorAt(newest->first);
   if (!open_ || open_->odometry.segment != segment) return std::nullopt;
   if (open_->id == 0)
     return Anchor{open_->odometry, open_->odometry.X_OB, Mat6::Zero(), Mat3::Zero()};

@@ -63,6 +63,7 @@ class SlamNode {
   std::unique_ptr<Slam> slam_;
   std::map<SubmapId, SubmapPtr> waiting_;        // Arrived before their predecessors.
   std::map<SubmapId, OdometrySample> odometry_;  // Of the bases in the graph.
+  SubmapId first_ = 0;  // Of this flight: those before tell nothing of where the vehicle is now.
   std::optional<SubmapBase> open_;
   std::optional<Last> last_;
   std::int64_t version_ = 0;  // Grows over resets, too.

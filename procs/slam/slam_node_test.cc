@@ -194,6 +194,40 @@ TEST_F(SlamNodeTest, ANewSegmentWithoutASubmapGoesOnWhereTheVehicleWas) {
   EXPECT_LT((FromMessage(late.X_WB)->translation() - first.translation()).norm(), 1);
 }
 
+// The vehicle may even reckon on in the old segment, wherever it was carried meanwhile.
+TEST_F(SlamNodeTest, AFlightOnAnEarlierMapHangsOnTheSubmapThatItBeganWith) {
+  StartMapService();
+  StartSlam();
+  vehicle_.Drive(2 * kScansPerSubmap);
+  const auto old = Expected();
+  mission_status_t finished{};
+  finished.state = "finished";
+  bench_.Say(outputs::kMissionStatus, finished, bench_.queue.now());
+  bench_.RunFor(std::chrono::seconds(2));
+  ASSERT_TRUE(bench_.Last(outputs::kMapStatus).complete);
+  map_settings_.map.resume = map_settings_.map.directory;
+  map_settings_.map.directory = (folder_.path / "new").string();
+  map_service_.reset();
+  StartSlam();
+  StartMapService();
+  bench_.RunFor(std::chrono::seconds(4));
+  bench_.Forget();
+  vehicle_.Drive(40);  // It is told late, until it has caught up with the bus.
+  const auto poses = bench_.Said(outputs::kPose);
+  ASSERT_FALSE(poses.empty());
+  SubmapBase base;
+  for (const map_status_t& status : bench_.Said(outputs::kMapStatus))
+    if (status.has_open && status.open.submap_id == 2) base = *FromMessage(status.open);
+  ASSERT_EQ(base.id, 2);
+  const Pose3 X_WM = old->X_WM().at(1) * base.edge.X_PM;
+  for (const pose_estimate_t& pose : poses) {
+    if (pose.version > 2) break;  // Its first submap is closed.
+    const Pose3 moved = Ominus(base.odometry.X_OB, CirclingVehicle::PoseAt(TimeOf(pose.header)));
+    EXPECT_TRUE(FromMessage(pose.X_WB)->isApprox(X_WM * moved, 1e-6));
+    EXPECT_GT(pose.covariance_xyyaw[0], std::pow(map_settings_.put_in.sigma_m, 2));
+  }
+}
+
 TEST_F(SlamNodeTest, WithoutAMapItTellsNoPose) {
   StartSlam();
   vehicle_.Drive(5);

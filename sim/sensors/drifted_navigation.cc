@@ -15,10 +15,11 @@ Pose3 PlanarMotion(const Vec3& motion) {
 }  // namespace
 
 DriftedNavigation::DriftedNavigation(const DriftOptions& options, Duration scan_period,
-                                     std::uint64_t seed)
+                                     std::uint64_t seed, const Vec3& start_error)
     : options_(options),
       scan_period_(scan_period),
       seed_(seed),
+      start_error_(start_error),
       motion_sigma_(options.StepCovariance(ToSeconds(scan_period)).diagonal().cwiseSqrt()) {}
 
 DriftedNavigation::Noise DriftedNavigation::NoiseOf(std::int64_t step) const {
@@ -32,7 +33,9 @@ DriftedNavigation::Noise DriftedNavigation::NoiseOf(std::int64_t step) const {
 DriftedNavigation::Step DriftedNavigation::FirstStep(Time time, const Pose3& X_WB) const {
   Noise first = NoiseOf(0);
   first.motion.setZero();  // Nothing moved before the first step.
-  return {time, 0, Level(X_WB), Level(X_WB), first, NoiseOf(1)};
+  Pose3 drifted_pose = Level(X_WB) * PlanarMotion({0, 0, start_error_[2]});
+  drifted_pose.translation().head<2>() += start_error_.head<2>();
+  return {time, 0, Level(X_WB), drifted_pose, first, NoiseOf(1)};
 }
 
 DriftedNavigation::Step DriftedNavigation::NextStep(const Pose3& X_WB) const {

@@ -19,11 +19,14 @@ namespace vog {
 /// "drift", k).
 class DriftedNavigation {
  public:
-  DriftedNavigation(const DriftOptions& options, Duration scan_period, std::uint64_t seed);
+  /// `start_error` is by how much the first pose is off in (x, y, yaw), in W.
+  DriftedNavigation(const DriftOptions& options, Duration scan_period, std::uint64_t seed,
+                    const Vec3& start_error = Vec3::Zero());
 
-  /// What the computer says at `time`. The first call is step 0, and the truth in x, y and yaw; the
-  /// steps follow every `scan_period`. Where no call falls on a step, the truth is taken to move
-  /// evenly between the calls. The velocity is that of the drifting pose.
+  /// What the computer says at `time`. The first call is step 0, and but for `start_error` the
+  /// truth in x, y and yaw; the steps follow every `scan_period`. Where no call falls on a step,
+  /// the truth is taken to move evenly between the calls. The velocity is that of the drifting
+  /// pose.
   /// @pre times increase.
   VehicleNavRecord Sample(Time time, std::int64_t sequence, const VehicleState& truth);
 
@@ -48,6 +51,7 @@ class DriftedNavigation {
   DriftOptions options_;
   Duration scan_period_;
   std::uint64_t seed_;
+  Vec3 start_error_;
   Vec3 motion_sigma_;
   std::optional<Step> step_;  // The last one, from the first call on.
   Time last_time_;

@@ -59,6 +59,17 @@ TEST(DriftedNavigationTest, StartsAtTheTruthInXYAndYaw) {
   EXPECT_NE(X_OB.translation().z(), truth.X_WB.translation().z());
 }
 
+TEST(DriftedNavigationTest, AnErrorAtTheStartStays) {
+  DriftedNavigation dut(Noiseless(), kScanPeriod, 1, {0.3, -0.2, 0.1});
+  const Pose3 X_OW = MakePose({0.3, -0.2, 0}, {0, 0, 0.1});
+  VehicleState truth;
+  for (int step = 0; step < 20; ++step) {
+    truth.X_WB = MakePose({0.1 * step, 0, -1}, {0, 0, 0.02 * step});
+    const Pose3 X_OB = dut.Sample(Time(step * kScanPeriod), step, truth).X_OB;
+    EXPECT_TRUE(X_OB.isApprox(X_OW * truth.X_WB, 1e-9)) << step;
+  }
+}
+
 class DriftScalingTest : public testing::TestWithParam<DriftScaling> {};
 
 // A vehicle at rest heading along +y: n steps add up to n times the variance of one.

@@ -11,10 +11,6 @@ namespace {
 
 Duration PeriodOf(double rate_hz) { return FromSeconds(1 / rate_hz); }
 
-Pose3 StartPose(const WorldOptions& options) {
-  return MakePose(options.start_position_m, {0, 0, ToRadians(options.start_yaw_deg)});
-}
-
 const TriangleMesh& NotEmpty(const TriangleMesh& scene) {
   if (scene.triangles.empty()) throw UsageError("the scene has no triangles");
   return scene;
@@ -31,19 +27,21 @@ World::World(const WorldSetup& setup, const TriangleMesh& scene)
       sonar_output_(setup.sonar_model.emits),
       scene_(NotEmpty(scene)),
       sonar_(setup.sonar, setup.sonar_model, scene_, setup.seed),
-      drifted_navigation_(setup.drift, setup.sonar.period(), setup.seed),
+      drifted_navigation_(setup.drift, setup.sonar.period(), setup.seed, options_.StartError()),
       sensors_(setup.navigation_sensors, PeriodOf(options_.imu_rate_hz), setup.seed),
       faults_(setup.navigation_faults),
       current_(setup.current, options_.physics_step_s, setup.seed),
-      vehicle_(setup.vehicle, StartPose(options_)),
+      vehicle_(setup.vehicle, options_.StartPose()),
       command_timeout_(FromSeconds(setup.vehicle.command_timeout_s)),
+      command_until_(options_.start()),
+      time_(options_.start()),
       physics_step_(FromSeconds(options_.physics_step_s)),
-      scan_schedule_{setup.sonar.period()},
-      nav_schedule_{PeriodOf(options_.nav_rate_hz)},
-      dvl_schedule_{PeriodOf(options_.dvl_rate_hz)},
-      imu_schedule_{PeriodOf(options_.imu_rate_hz)},
-      depth_schedule_{PeriodOf(options_.depth_rate_hz)} {
-  const Pose3 X_WB = StartPose(options_);
+      scan_schedule_{time_, setup.sonar.period()},
+      nav_schedule_{time_, PeriodOf(options_.nav_rate_hz)},
+      dvl_schedule_{time_, PeriodOf(options_.dvl_rate_hz)},
+      imu_schedule_{time_, PeriodOf(options_.imu_rate_hz)},
+      depth_schedule_{time_, PeriodOf(options_.depth_rate_hz)} {
+  const Pose3 X_WB = options_.StartPose();
   if (scene_.Inside(X_WB.translation()) || BoxTouches(scene, X_WB, setup.vehicle.hull_size_m)) {
     throw UsageError("the vehicle would start inside an obstacle at " +
                      Describe(options_.start_position_m) + ": set simulation.start_position_m");
@@ -91,7 +89,7 @@ void World::Emit(Time now, Emissions& out) {
   if (nav_due || scan_due) {
     out.truth.push_back(Truth(now));
     // With instruments alone, a first fix tells where the vehicle starts.
-    if (options_.navigation == NavigationKind::kEq8 || now == Time{}) {
+    if (options_.navigation == NavigationKind::kEq8 || now == options_.start()) {
       out.navigation.push_back(drifted_navigation_.Sample(now, navigation_sequence_++, told));
     }
   }

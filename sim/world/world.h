@@ -27,7 +27,7 @@ struct TruthRecord {
 };
 
 /// What a stretch of time brought, each kind in order of time. Which kinds there are depends on the
-/// options: navigation, or one fix at time 0 and dvl, imu and depth; returns or frames.
+/// options: navigation, or one fix at the start and dvl, imu and depth; returns or frames.
 struct Emissions {
   std::vector<VehicleNavRecord> navigation;
   std::vector<DvlRecord> dvl;
@@ -42,14 +42,15 @@ struct Emissions {
 /// the commands alone: equal ones give equal bytes. The vehicle does not feel the structure.
 class World {
  public:
-  /// Starts at time 0. @throws UsageError when the scene has no triangles, when the vehicle would
-  /// start inside the structure or touch it, and like the options' Validate().
+  /// Starts at simulation.start_time_s. @throws UsageError when the scene has no triangles, when
+  /// the vehicle would start inside the structure or touch it, and like the options' Validate().
   World(const WorldSetup& setup, const TriangleMesh& scene);
   World(const World&) = delete;
   World& operator=(const World&) = delete;
 
   /// Moves on to `now` with the present command, and gives everything due after the last call's
-  /// `now` and up to this one; the first call also what is due at 0. @pre times do not decrease.
+  /// `now` and up to this one; the first call also what is due at the start. @pre times do not
+  /// decrease.
   Emissions AdvanceTo(Time now);
 
   /// Holds from the last AdvanceTo() on, for vehicle.command_timeout_s; without a command the
@@ -63,11 +64,12 @@ class World {
   Time next_due() const;
 
  private:
-  /// Something that happens every period, from time 0 on.
+  /// Something that happens every period, from the start on.
   struct Schedule {
+    Time start;
     Duration period;
     std::int64_t count = 0;
-    Time due() const { return Time(count * period); }
+    Time due() const { return start + count * period; }
   };
 
   std::vector<const Schedule*> Schedules() const;

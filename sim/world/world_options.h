@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "lib/base/config.h"
+#include "lib/base/time.h"
 #include "lib/geometry/odometry.h"
 #include "lib/scan/sonar.h"
 #include "sim/sensors/navigation_faults.h"
@@ -18,8 +19,12 @@ enum class NavigationKind { kEq8, kSensors };
 
 /// Table [simulation].
 struct WorldOptions {
+  double start_time_s = 0;
   Vec3 start_position_m = {0, -3, 0};
   double start_yaw_deg = 90;
+  double start_error_x_m = 0;
+  double start_error_y_m = 0;
+  double start_error_yaw_deg = 0;
   NavigationKind navigation = NavigationKind::kEq8;
   double nav_rate_hz = 10;
   double dvl_rate_hz = 5;
@@ -28,8 +33,14 @@ struct WorldOptions {
   double physics_step_s = 0.02;
 
   void Visit(OptionsVisitor& v) {
-    v("start_position_m", start_position_m, Between(-1e5, 1e5), "the vehicle at time 0, in W");
+    v("start_time_s", start_time_s, Between(0, 4e9),
+      "when it begins, on from an earlier flight; noise is then another");
+    v("start_position_m", start_position_m, Between(-1e5, 1e5), "the vehicle at the start, in W");
     v("start_yaw_deg", start_yaw_deg, Between(-360, 360), "its heading; 90 looks along +y");
+    v("start_error_x_m", start_error_x_m, Between(-1e5, 1e5),
+      "how far the vehicle's own reckoning is off at the start, in W");
+    v("start_error_y_m", start_error_y_m, Between(-1e5, 1e5), "and in y");
+    v("start_error_yaw_deg", start_error_yaw_deg, Between(-360, 360), "and in heading");
     v("navigation", navigation,
       Names<NavigationKind>{{NavigationKind::kEq8, "eq8"}, {NavigationKind::kSensors, "sensors"}},
       "the vehicle says a pose that drifts after eq. 8, or what its instruments measure");
@@ -39,6 +50,10 @@ struct WorldOptions {
     v("depth_rate_hz", depth_rate_hz, Between(0.1, 1000), "depths a second");
     v("physics_step_s", physics_step_s, Between(1e-3, 0.1), "longest step of the vehicle's motion");
   }
+
+  Time start() const { return Time(FromSeconds(start_time_s)); }
+  Pose3 StartPose() const;  ///< X_WB.
+  Vec3 StartError() const;  ///< Of the reckoning, in (x, y, yaw).
 };
 
 /// All that a simulated world is made of but its scene. The tables: [simulation], [vehicle],
@@ -54,5 +69,9 @@ struct WorldSetup {
   NavigationFaultOptions navigation_faults;
   std::uint64_t seed = 1;  ///< Of all noise. Equal seeds give equal runs.
 };
+
+/// The seed of a flight's noise: the mission's and, so that a flight that goes on from another one
+/// does not repeat its noise, of when it begins.
+std::uint64_t NoiseSeed(std::uint64_t mission_seed, Time start);
 
 }  // namespace vog

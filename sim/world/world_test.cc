@@ -101,6 +101,26 @@ TEST(WorldTest, EmitsWhatIsDueAtTimeZero) {
   EXPECT_EQ(dut.AdvanceTo(Time(100ms)).navigation.size(), 1u);
 }
 
+TEST(WorldTest, ALaterFlightGoesOnInTimeAndHasNoiseOfItsOwn) {
+  WorldSetup setup;
+  World first(setup, Wall());
+  setup.simulation.start_time_s = 1000;
+  World later(setup, Wall());
+  EXPECT_EQ(later.next_due(), Time(1000s));
+  const Emissions a = first.AdvanceTo(Time(10s)), b = later.AdvanceTo(Time(1010s));
+  ASSERT_EQ(a.navigation.size(), b.navigation.size());
+  for (std::size_t i = 0; i < a.navigation.size(); ++i) {
+    EXPECT_EQ(b.navigation[i].time - a.navigation[i].time, Duration(1000s));
+    // With one seed; the seed of the missions' simulator differs by flight.
+    EXPECT_EQ(a.navigation[i].X_OB.matrix(), b.navigation[i].X_OB.matrix());
+  }
+  const std::uint64_t seed = NoiseSeed(1, Time(1000s));
+  EXPECT_EQ(NoiseSeed(1, Time{}), 1u);
+  EXPECT_NE(seed, 1u);
+  EXPECT_NE(seed, NoiseSeed(1, Time(1001s)));
+  EXPECT_NE(seed, NoiseSeed(2, Time(1000s)));
+}
+
 TEST(WorldTest, Eq8KeepsItsRatesAndOrder) {
   World dut({}, Wall());
   const Emissions all = Drive(dut, 100ms, 10s);

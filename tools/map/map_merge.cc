@@ -11,18 +11,12 @@ namespace {
 
 using Numbers = std::map<SubmapId, SubmapId>;
 
-bool IsSameModel(const SensorModelOptions& a, const SensorModelOptions& b) {
-  return a.hit_probability == b.hit_probability && a.miss_probability == b.miss_probability &&
-         a.min_probability == b.min_probability && a.max_probability == b.max_probability &&
-         a.occupied_probability == b.occupied_probability;
-}
-
 void RejectOther(const StoredMap& merged, const StoredMap& map,
                  const std::filesystem::path& folder) {
   if (map.voxel_size_m != merged.voxel_size_m)
     throw UsageError(folder.string() +
                      ": its voxels are of another size than those of the map before");
-  if (!IsSameModel(map.sensor_model, merged.sensor_model))
+  if (map.sensor_model != merged.sensor_model)
     throw UsageError(folder.string() + ": its sensor model is another than that of the map before");
 }
 
@@ -76,6 +70,8 @@ StoredMap MergeMaps(const std::vector<std::filesystem::path>& folders) {
       merged = map;
       merged.submaps.clear();
       merged.X_WM.clear();
+      merged.end.reset();  // Of a flight that the last submap may not be of.
+      merged.put_in.reset();
       is_first = false;
     }
     RejectOther(merged, map, folder);

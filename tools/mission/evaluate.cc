@@ -7,6 +7,7 @@
 
 #include "lib/base/errors.h"
 #include "lib/base/files.h"
+#include "lib/base/log.h"
 #include "lib/base/parallel.h"
 #include "lib/evaluation/cloud_error.h"
 #include "lib/evaluation/coverage.h"
@@ -49,6 +50,7 @@ struct Run {
   ExplorationOptions exploration;
   WorldOptions simulation;
   EvaluationOptions options;
+  std::size_t submaps_in_map = 0;  ///< Those of earlier runs without truth are not in `map`.
   /// The scans of each submap, in the order of the map's submaps.
   std::vector<std::vector<PlacedScan>> scans_of;
 
@@ -69,10 +71,20 @@ std::vector<std::vector<PlacedScan>> AssignScans(const RunRecord& record, const 
   return scans_of;
 }
 
+/// Leaves out the submaps of earlier runs of which no log is kept.
+void LeaveOutUnjudged(const RunRecord& record, StoredMap& map) {
+  if (!map.put_in) return;
+  std::erase_if(map.submaps, [&](const SubmapPtr& submap) {
+    return submap->id() < map.put_in->id && submap->first_scan < record.begins.front();
+  });
+}
+
 Run ReadAll(const std::filesystem::path& folder, StoredMap map) {
   Run run;
-  run.record = ReadRun(folder / "lcm.log");
+  run.record = ReadFlights(folder);
   run.map = std::move(map);
+  run.submaps_in_map = run.map.submaps.size();
+  LeaveOutUnjudged(run.record, run.map);
   run.scene_W = LoadMesh(folder / "scene.ply", 1);
   const Config& config = run.record.config;
   run.sonar = config.Read<SonarOptions>("sonar");
@@ -181,6 +193,32 @@ Trajectories MakeTrajectories(const Run& run) {
       all.odometry.push_back({time, placed.run->odometry.X_OB});
     }
   return all;
+}
+
+/// Without the ways on deck from one flight to the next.
+double FlownLength(const Trajectory& trajectory, const std::vector<Time>& begins) {
+  double length_m = 0;
+  Trajectory flight;
+  auto next = begins.begin();
+  for (const TimedPose& pose : trajectory) {
+    while (next != begins.end() && *next <= pose.time) {
+      length_m += PathLength(flight);
+      flight.clear();
+      ++next;
+    }
+    flight.push_back(pose);
+  }
+  return length_m + PathLength(flight);
+}
+
+/// Of a run that went on from others, the submaps of those, and how many of them are judged.
+Json EarlierSubmaps(const Run& run) {
+  const auto left_out = run.submaps_in_map - run.map.submaps.size();
+  const auto all = static_cast<std::size_t>(run.map.put_in->id);
+  if (left_out > 0)
+    LogLine("the first " + std::to_string(left_out) +
+            " submaps are not judged: no log of their run tells the truth");
+  return {{"all", all}, {"judged", all - left_out}};
 }
 
 double ErrorAt(const Trajectory& trajectory, const Trajectory& truth, std::size_t i) {
@@ -389,10 +427,11 @@ nlohmann::ordered_json EvaluateRun(const std::filesystem::path& folder) {
   metrics["is_home"] = run.record.is_home;
   metrics["unseen_voxels"] = {{"all", run.record.unseen_voxels},
                               {"looked_at_in_vain", run.record.unseen_in_vain}};
-  metrics["submaps"] = run.map.submaps.size();
+  metrics["submaps"] = run.submaps_in_map;
+  if (run.map.put_in) metrics["earlier_submaps"] = EarlierSubmaps(run);
   metrics["scans"] = trajectories.truth.size();
-  metrics["vehicle_time_s"] = run.record.end_time_s;
-  metrics["path_length_m"] = PathLength(trajectories.truth);
+  metrics["vehicle_time_s"] = run.record.end_time_s - ToSeconds(run.record.begins.front());
+  metrics["path_length_m"] = FlownLength(trajectories.truth, run.record.begins);
   JudgeClouds(run, folder, metrics);
   JudgePoints(run, metrics);
   metrics["position_error_m"] = {

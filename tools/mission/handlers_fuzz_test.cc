@@ -43,7 +43,7 @@ class HandlersFuzzTest : public testing::Test {
     std::vector<Recorded> recorded;
     std::map<std::string, int> counts;
     const Config config = SmallMission();
-    LockStepSystem system(config, (folder_ / "flown").string(),
+    LockStepSystem system(config, {(folder_ / "flown").string(), ""},
                           [&](Time, const std::string& channel, Bytes bytes) {
                             constexpr int kMost = 40;
                             if (counts[channel]++ < kMost)
@@ -163,7 +163,7 @@ TEST_F(HandlersFuzzTest, DamagedMessagesDoNoHarm) {
   constexpr int kInputsOfASystem = 500;
   for (int first = 0; first < inputs; first += kInputsOfASystem) {
     std::filesystem::remove_all(folder_ / "fuzzed");
-    LockStepSystem system(config, (folder_ / "fuzzed").string(), observe);
+    LockStepSystem system(config, {(folder_ / "fuzzed").string(), ""}, observe);
     QueueBus& bus = system.bus();
     SimNode sim(bus.AddNode("vog-sim"), SimSettings::From(config));
     for (int input = first; input < std::min(inputs, first + kInputsOfASystem); ++input) {

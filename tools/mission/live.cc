@@ -33,9 +33,10 @@ const std::vector<std::string> kPrograms = {"vog-nav-bridge", "vog-sonar-reader"
 /// Writes all messages to a log and remembers what they say of the run.
 class Recorder {
  public:
-  Recorder(LcmBus& bus, const std::filesystem::path& log) : log_(log.string()) {
-    bus.SubscribeAll([this](Time time, const std::string& channel, Bytes bytes) {
-      log_.Write(time, channel, bytes);
+  /// What is said before the vehicle's time begins, at `start`, is written as if said then.
+  Recorder(LcmBus& bus, const std::filesystem::path& log, Time start) : log_(log.string()) {
+    bus.SubscribeAll([this, start](Time time, const std::string& channel, Bytes bytes) {
+      log_.Write(std::max(time, start), channel, bytes);
       watcher_.OnMessage(time, channel, bytes);
       HandleIf(channel, bytes, outputs::kStatus,
                [&](const status_t& status) { heard_.insert(status.process); });
@@ -87,11 +88,11 @@ void WaitUntilComplete(LcmBus& bus, ProcessGroup& processes, const Recorder& rec
 }  // namespace
 
 nlohmann::ordered_json RunLiveMission(const Config& config, const std::filesystem::path& folder,
-                                      double speed) {
+                                      double speed, const std::optional<EarlierRun>& earlier) {
   const Stopwatch stopwatch;
   const std::atomic<bool>& stop = StopSignal();
   const SimSettings sim = CheckedSimSettings(config);
-  PrepareFolder(folder);
+  const std::string resume = PrepareFolder(folder, earlier);
   SaveMesh(sim.scene_W, folder / "scene.ply");
   const std::string config_file = (folder / "mission.toml").string();
   WriteFileAtomically(config_file, config.ToToml());
@@ -99,12 +100,13 @@ nlohmann::ordered_json RunLiveMission(const Config& config, const std::filesyste
       "--config", config_file,
       "--set",    "bus.clock=message",
       "--set",    "map.directory='" + (folder / "map").string() + "'",
+      "--set",    "map.resume='" + resume + "'",
       "--set",    "live.speed=" + ToText(speed)};
   {
     BusOptions bus_options = config.Read<BusOptions>("bus");
     bus_options.clock = ClockSource::kMessage;
     LcmBus bus(bus_options);
-    Recorder recorder(bus, folder / "lcm.log");
+    Recorder recorder(bus, folder / "lcm.log", sim.world.simulation.start());
     ProcessGroup processes(ProgramFolder(), folder / "output");
     for (const std::string& name : kPrograms) processes.Start({name, arguments, true});
     WaitUntilReady(bus, processes, recorder, stop);

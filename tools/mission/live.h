@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "lib/base/config.h"
+#include "tools/mission/resume.h"
 
 namespace vog {
 
@@ -13,6 +14,6 @@ namespace vog {
 /// Returns the metrics.
 /// @throws UsageError, SystemError.
 nlohmann::ordered_json RunLiveMission(const Config& config, const std::filesystem::path& folder,
-                                      double speed);
+                                      double speed, const std::optional<EarlierRun>& earlier = {});
 
 }  // namespace vog

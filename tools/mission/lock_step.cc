@@ -9,13 +9,15 @@
 #include "procs/planner/planner_node.h"
 #include "procs/slam/slam_node.h"
 #include "procs/sonar_reader/sonar_reader_node.h"
+#include "sim/world/world_options.h"
 
 namespace vog {
 namespace {
 
-MapServiceSettings MapSettings(const Config& config, const std::string& directory) {
+MapServiceSettings MapSettings(const Config& config, const MapPlaces& places) {
   MapServiceSettings settings = MapServiceSettings::From(config);
-  settings.map.directory = directory;
+  settings.map.directory = places.directory;
+  settings.map.resume = places.resume;
   return settings;
 }
 
@@ -55,14 +57,13 @@ void ProgressWatcher::OnMessage(Time time, const std::string& channel, Bytes byt
 }
 
 struct LockStepSystem::Nodes {
-  Nodes(QueueBus& bus, const Config& config, const std::string& map_directory,
-        const LatencyOptions& latency)
+  Nodes(QueueBus& bus, const Config& config, const MapPlaces& places, const LatencyOptions& latency)
       : nav_bridge(bus.AddNode("vog-nav-bridge", FromSeconds(latency.nav_bridge_s)),
                    NavBridgeSettings::From(config)),
         sonar_reader(bus.AddNode("vog-sonar-reader", FromSeconds(latency.sonar_reader_s)),
                      SonarReaderSettings::From(config)),
         map_service(bus.AddNode("vog-map-service", FromSeconds(latency.map_service_s)),
-                    MapSettings(config, map_directory)),
+                    MapSettings(config, places)),
         slam(bus.AddNode("vog-slam", FromSeconds(latency.slam_s)), SlamNodeSettings::From(config)),
         planner(bus.AddNode("vog-planner", FromSeconds(latency.planner_s)),
                 PlannerSettings::From(config)),
@@ -77,16 +78,16 @@ struct LockStepSystem::Nodes {
   ControllerNode controller;
 };
 
-LockStepSystem::LockStepSystem(const Config& config, const std::string& map_directory,
-                               QueueBus::Observer observer) {
+LockStepSystem::LockStepSystem(const Config& config, const MapPlaces& places,
+                               QueueBus::Observer observer)
+    : bus_(config.Read<WorldOptions>("simulation").start()) {
   bus_.Observe(
       [this, observer = std::move(observer)](Time time, const std::string& channel, Bytes bytes) {
         watcher_.OnMessage(time, channel, bytes);
         observer(time, channel, bytes);
       });
   bus_.ObserveHandled([this](const QueueBus::Handled& handled) { OnHandled(handled); });
-  nodes_ =
-      std::make_unique<Nodes>(bus_, config, map_directory, config.Read<LatencyOptions>("latency"));
+  nodes_ = std::make_unique<Nodes>(bus_, config, places, config.Read<LatencyOptions>("latency"));
 }
 
 LockStepSystem::~LockStepSystem() = default;

@@ -47,12 +47,17 @@ struct RunTiming {
   std::vector<PlanningTime> planning;
 };
 
+/// Where a run keeps its map, and the map of earlier flights that it goes on from, if any:
+/// map.directory and map.resume.
+struct MapPlaces {
+  std::string directory, resume;
+};
+
 /// All nodes but the vehicle on one bus in one thread, in simulated time.
 class LockStepSystem {
  public:
-  /// Every message is passed to `observer` as well. Nodes keep their map in `map_directory`.
-  LockStepSystem(const Config& config, const std::string& map_directory,
-                 QueueBus::Observer observer);
+  /// Begins when the simulated vehicle does. Every message is passed to `observer` as well.
+  LockStepSystem(const Config& config, const MapPlaces& places, QueueBus::Observer observer);
   ~LockStepSystem();
 
   /// The bus, for the vehicle's node or a log's events.

@@ -18,16 +18,6 @@ constexpr double kAround_m = 3;
 // The start keeps this far inside the box's corner, so that the vehicle may move all ways.
 constexpr double kInset_m = 1;
 
-std::string ToToml(const Vec3& v) {
-  std::string text = "[";
-  for (int i = 0; i < 3; ++i) {
-    const std::string number = ToText(v[i]);
-    const bool is_integer = number.find_first_of(".e") == std::string::npos;
-    text += (i > 0 ? ", " : "") + number + (is_integer ? ".0" : "");
-  }
-  return text + "]";
-}
-
 /// The first corner of `box_W` where the hull touches nothing.
 std::optional<Vec3> FirstFreeCorner(const TriangleMesh& mesh_W, const Eigen::AlignedBox3d& box_W,
                                     const Vec3& hull_size_m) {

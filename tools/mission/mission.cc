@@ -87,10 +87,19 @@ void PrepareFolder(const std::filesystem::path& folder) {
   if (error) throw SystemError(folder.string() + ": cannot create: " + error.message());
   for (const char* name :
        {"map", "lcm.log", "scene.ply", "metrics.json", "timing.json", "timeseries.json",
-        "report.html", "mission.toml", "output", "truth.tum", "odometry.tum", "estimate.tum",
-        "submap_places.csv", "reconstruction_truth.ply", "reconstruction_vog.ply",
+        "report.html", "mission.toml", "output", kEarlier, "truth.tum", "odometry.tum",
+        "estimate.tum", "submap_places.csv", "reconstruction_truth.ply", "reconstruction_vog.ply",
         "reconstruction_vog_no_lc.ply", "reconstruction_standard.ply"})
     std::filesystem::remove_all(folder / name, error);
+}
+
+std::string PrepareFolder(const std::filesystem::path& folder,
+                          const std::optional<EarlierRun>& earlier) {
+  if (earlier) RejectFolderOf(*earlier, folder);
+  PrepareFolder(folder);
+  if (!earlier) return {};
+  KeepEarlierRun(*earlier, folder);
+  return (folder / kEarlier / "map").string();
 }
 
 std::string ProgressText(const RunProgress& progress, int max_submaps, double wall_s) {
@@ -112,21 +121,29 @@ void WriteTiming(const RunTiming& timing, const std::filesystem::path& file) {
   WriteFileAtomically(file, json.dump(1) + "\n");
 }
 
-void FlyMission(const Config& config, const std::filesystem::path& folder) {
+std::optional<EarlierRun> Resume(const std::optional<std::string>& resume, Config& config) {
+  const std::string from = resume.value_or(config.Read<MapOptions>("map").resume);
+  if (from.empty()) return std::nullopt;
+  EarlierRun earlier = FindEarlierRun(from);
+  GoOnFrom(earlier, config);
+  return earlier;
+}
+
+void FlyMission(const Config& config, const std::filesystem::path& folder,
+                const std::optional<EarlierRun>& earlier) {
   const Stopwatch stopwatch;
   const SimSettings sim_settings = CheckedSimSettings(config);
-  PrepareFolder(folder);
+  const MapPlaces places{(folder / "map").string(), PrepareFolder(folder, earlier)};
   RunTiming timing;
   {
     LcmLogWriter log((folder / "lcm.log").string());
-    LockStepSystem system(config, (folder / "map").string(),
-                          [&](Time time, const std::string& channel, Bytes bytes) {
-                            log.Write(time, channel, bytes);
-                          });
+    LockStepSystem system(config, places, [&](Time time, const std::string& channel, Bytes bytes) {
+      log.Write(time, channel, bytes);
+    });
     Bus& sim_bus = system.bus().AddNode("vog-sim");
     SimNode sim(sim_bus, sim_settings);
     SaveMesh(sim_settings.scene_W, folder / "scene.ply");
-    sim.AdvanceTo(Time{});
+    sim.AdvanceTo(sim.time());
 
     ProgressBar bar;
     std::optional<Time> finished;
@@ -148,8 +165,9 @@ void FlyMission(const Config& config, const std::filesystem::path& folder) {
   WriteTiming(timing, folder / "timing.json");
 }
 
-nlohmann::ordered_json RunMission(const Config& config, const std::filesystem::path& folder) {
-  FlyMission(config, folder);
+nlohmann::ordered_json RunMission(const Config& config, const std::filesystem::path& folder,
+                                  const std::optional<EarlierRun>& earlier) {
+  FlyMission(config, folder, earlier);
   return JudgeRun(folder);
 }
 

@@ -8,6 +8,7 @@
 
 #include "lib/base/config.h"
 #include "tools/mission/lock_step.h"
+#include "tools/mission/resume.h"
 
 namespace vog {
 
@@ -33,12 +34,23 @@ void NumberRun(Config& config);
 /// Checks every table that any process or tool reads. @throws UsageError.
 void CheckConfig(const Config& config);
 
+/// Makes a mission go on from the run, or the map, in `resume` or else in map.resume, if any.
+/// @pre the run has no number yet: it depends on the settings that this makes. @throws UsageError.
+std::optional<EarlierRun> Resume(const std::optional<std::string>& resume, Config& config);
+
 /// Flies a mission in lock step and leaves in `folder`: lcm.log, map/, scene.ply and timing.json.
 /// What an earlier mission left there is removed first. @throws UsageError, SystemError.
-void FlyMission(const Config& config, const std::filesystem::path& folder);
+void FlyMission(const Config& config, const std::filesystem::path& folder,
+                const std::optional<EarlierRun>& earlier = {});
 
 /// The same, and all that EvaluateRun() and WriteReport() write. Returns the metrics.
-nlohmann::ordered_json RunMission(const Config& config, const std::filesystem::path& folder);
+nlohmann::ordered_json RunMission(const Config& config, const std::filesystem::path& folder,
+                                  const std::optional<EarlierRun>& earlier = {});
+
+/// Empties `folder` and keeps `earlier`, if any, in it. Returns where its map is then, as
+/// map.resume. @throws UsageError, SystemError.
+std::string PrepareFolder(const std::filesystem::path& folder,
+                          const std::optional<EarlierRun>& earlier);
 
 /// Creates `folder`, or empties it of what an earlier mission left.
 void PrepareFolder(const std::filesystem::path& folder);

@@ -6,6 +6,8 @@
 #include "lib/bus/stopwatch.h"
 #include "lib/messages/endpoint.h"
 #include "lib/planner/mission_options.h"
+#include "lib/vogmap/map_folder.h"
+#include "lib/vogmap/map_options.h"
 #include "sim/scene/mesh_file.h"
 #include "sim/scene/scene.h"
 #include "tools/mission/judge.h"
@@ -15,6 +17,8 @@
 
 namespace vog {
 namespace {
+
+namespace fs = std::filesystem;
 
 constexpr Duration kMaxFinish = std::chrono::seconds(30);
 
@@ -45,26 +49,48 @@ void Feed(const std::filesystem::path& log, const Config& config, LockStepSystem
   const int max_submaps = config.Read<MissionOptions>("mission").max_submaps;
   const std::regex channels = ChannelsToFeed(log);
   LcmLogReader reader(log.string());
-  std::optional<Time> batch;
+  bool has_fed = false;
   while (const auto event = reader.Next()) {
     if (!std::regex_match(event->channel, channels)) continue;
-    // What the vehicle said at one moment is there before anybody answers.
-    if (batch && event->time > *batch) {
-      bus.RunUntil(*batch);
+    // As in a mission: what was due by then comes first, and what the vehicle said at one moment is
+    // there before anybody answers.
+    if (event->time > bus.now()) {
+      bus.RunUntil(event->time);
       bar.Show(static_cast<double>(system.progress().submaps) / max_submaps,
                ProgressText(system.progress(), max_submaps, stopwatch.seconds()));
     }
-    batch = std::max(event->time, bus.now());
-    bus.PublishAt(*batch, event->channel, event->bytes);
+    bus.PublishAt(bus.now(), event->channel, event->bytes);
+    has_fed = true;
   }
-  if (!batch) throw UsageError(log.string() + ": holds nothing to build a map from");
-  bus.RunUntil(*batch);
+  if (!has_fed) throw UsageError(log.string() + ": holds nothing to build a map from");
+  bus.RunUntil(bus.now());
   if (system.progress().is_complete) return;
   if (system.progress().state != "finished") SayFinished(bus, system.progress().run_id);
   bus.RunUntil(bus.now() + kMaxFinish);
   if (system.progress().is_complete) return;
   throw SystemError(system.progress().map_fault.empty() ? log.string() + ": gives no map"
                                                         : system.progress().map_fault);
+}
+
+/// The map that the run of a log went on from, by map.resume: where that is relative, beside the
+/// log. Empty when it went on from none.
+fs::path ResumedMap(const fs::path& log, const Config& config) {
+  const std::string resume = config.Read<MapOptions>("map").resume;
+  return resume.empty() ? fs::path() : log.parent_path() / resume;
+}
+
+std::optional<EarlierRun> EarlierRunOf(const fs::path& log, const Config& config,
+                                       const std::optional<std::string>& resume) {
+  const fs::path map = ResumedMap(log, config);
+  if (map.empty()) {
+    if (resume) throw UsageError(log.string() + ": its run did not go on from another one");
+    return std::nullopt;
+  }
+  if (resume) return FindEarlierRun(*resume);
+  if (!IsMapFolder(map))
+    throw UsageError(log.string() + ": its run went on from a map that is not in " + map.string() +
+                     "; tell with --resume where it is");
+  return FindEarlierRun(map);
 }
 
 }  // namespace
@@ -86,20 +112,21 @@ Config ConfigOfLog(const std::filesystem::path& log) {
   return Config::Parse(run->config_toml, log.string() + " (RUN)");
 }
 
-void ReplayLog(const std::filesystem::path& log, const std::filesystem::path& folder) {
+void ReplayLog(const std::filesystem::path& log, const std::filesystem::path& folder,
+               const std::optional<std::string>& resume) {
   const Config config = ConfigOfLog(log);
   CheckConfig(config);
-  PrepareFolder(folder);
+  const MapPlaces places{(folder / "map").string(),
+                         PrepareFolder(folder, EarlierRunOf(log, config, resume))};
   const Stopwatch stopwatch;
   RunTiming timing;
   bool has_truth = false;
   {
     LcmLogWriter out((folder / "lcm.log").string());
-    LockStepSystem system(config, (folder / "map").string(),
-                          [&](Time time, const std::string& channel, Bytes bytes) {
-                            has_truth |= channel == inputs::kTruth.name;
-                            out.Write(time, channel, bytes);
-                          });
+    LockStepSystem system(config, places, [&](Time time, const std::string& channel, Bytes bytes) {
+      has_truth |= channel == inputs::kTruth.name;
+      out.Write(time, channel, bytes);
+    });
     Feed(log, config, system);
     timing = system.timing();
   }
@@ -116,7 +143,8 @@ void ReplayLog(const std::filesystem::path& log, const std::filesystem::path& fo
 void BuildMapFromLog(const std::filesystem::path& log, const Config& config,
                      const std::filesystem::path& map_folder) {
   CheckConfig(config);
-  LockStepSystem system(config, map_folder.string(), [](Time, const std::string&, Bytes) {});
+  const MapPlaces places{map_folder.string(), ResumedMap(log, config).string()};
+  LockStepSystem system(config, places, [](Time, const std::string&, Bytes) {});
   Feed(log, config, system);
 }
 

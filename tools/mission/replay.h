@@ -11,9 +11,11 @@ namespace vog {
 /// Feeds the vehicle's channels of a log (RUN, the instruments, the sonar, TRUTH) to all nodes in
 /// lock step, in the log's own time, and leaves in `folder` what RunMission() leaves: everything
 /// the nodes say is computed anew. A log of a lock-step mission gives that mission's map, byte for
-/// byte. A log that breaks off gives the map of what there is. @throws UsageError when the log has
-/// no RUN message.
-void ReplayLog(const std::filesystem::path& log, const std::filesystem::path& folder);
+/// byte. A log that breaks off gives the map of what there is. A run that went on from another one
+/// needs that one: `resume`, or the one kept beside the log. @throws UsageError when the log has no
+/// RUN message or the earlier run is missing.
+void ReplayLog(const std::filesystem::path& log, const std::filesystem::path& folder,
+               const std::optional<std::string>& resume = {});
 
 /// Leaves only the map, in `map_folder`. The log may also hold SCAN and NAV instead of the
 /// vehicle's channels.

@@ -1,10 +1,12 @@
 #include "tools/mission/run_record.h"
 
 #include <algorithm>
+#include <iterator>
 
 #include "lib/bus/lcm_log.h"
 #include "lib/messages/endpoint.h"
 #include "lib/scan/scan_synchronizer.h"
+#include "tools/mission/resume.h"
 
 namespace vog {
 namespace {
@@ -41,6 +43,7 @@ class Recorder {
     if (record_.truth.empty())
       throw UsageError(log.string() + ": no TRUTH messages; only simulated runs can be evaluated");
     PlaceScans();
+    record_.begins = {record_.truth.front().time};
     return std::move(record_);
   }
 
@@ -99,6 +102,21 @@ RunRecord ReadRun(const std::filesystem::path& log) {
   Recorder recorder;
   while (const auto event = reader.Next()) recorder.Add(*event);
   return recorder.Finish(log);
+}
+
+RunRecord ReadFlights(const std::filesystem::path& folder) {
+  RunRecord record = ReadRun(folder / "lcm.log");
+  if (!std::filesystem::is_regular_file(folder / kEarlier / "lcm.log")) return record;
+  RunRecord earlier = ReadFlights(folder / kEarlier);
+  const auto prepend = [](auto& before, auto& all) {
+    before.insert(before.end(), std::make_move_iterator(all.begin()),
+                  std::make_move_iterator(all.end()));
+    all = std::move(before);
+  };
+  prepend(earlier.scans, record.scans);
+  prepend(earlier.truth, record.truth);
+  prepend(earlier.begins, record.begins);
+  return record;
 }
 
 }  // namespace vog

@@ -27,6 +27,7 @@ struct RunRecord {
   std::int64_t run_id = 0;
   std::vector<RunScan> scans;  ///< In order of time; those with odometry and truth.
   Trajectory truth;            ///< Everything the simulator told.
+  std::vector<Time> begins;    ///< Of its flights, more than one if it went on from another run.
   double end_time_s = 0;
   std::string end_reason;
   bool is_home = false;
@@ -38,5 +39,9 @@ struct RunRecord {
 /// Reads what a simulated run's log holds. @throws UsageError when the log has no RUN or no TRUTH:
 /// it is not one of a simulated run.
 RunRecord ReadRun(const std::filesystem::path& log);
+
+/// The same of the log in a run's folder, with the scans and the truth of the runs it went on from,
+/// as far as their logs are kept there.
+RunRecord ReadFlights(const std::filesystem::path& folder);
 
 }  // namespace vog

@@ -85,6 +85,7 @@ std::vector<Table> DescribeTables(const Config& config) {
   all.Add<SubmapOptions>("submap");
   all.Add<SensorModelOptions>("sensor_model");
   all.Add<MapOptions>("map");
+  all.Add<PutInOptions>("put_in");
   all.Add<FuseOptions>("fuse");
   all.Add<IcpOptions>("registration");
   all.Add<LoopClosureOptions>("loop_closure");

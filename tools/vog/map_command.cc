@@ -224,6 +224,13 @@ std::uintmax_t BytesOnDisk(const std::string& folder) {
   return bytes;
 }
 
+/// Where the vehicle was when the mission ended.
+Json EndJson(const StoredMap& stored) {
+  if (!stored.end || stored.submaps.empty()) return nullptr;
+  const Pose3 X_WE = stored.X_WM.at(stored.submaps.back()->id()) * stored.end->X_ME;
+  return VectorJson(X_WE.translation());
+}
+
 struct InfoArguments {
   std::string map;
   bool json = false;
@@ -251,6 +258,8 @@ void ShowInfo(const InfoArguments& arguments) {
   Json json = {{"submaps", stored.submaps.size()},
                {"scans", scans},
                {"complete", stored.complete},
+               {"first_of_flight", stored.put_in ? stored.put_in->id : 0},
+               {"end_W_m", EndJson(stored)},
                {"voxel_size_m", stored.voxel_size_m},
                {"known_voxels", known},
                {"occupied_voxels", occupied},

@@ -11,15 +11,19 @@ namespace {
 
 struct Arguments {
   std::string config, out;
+  std::optional<std::string> resume;
   MissionOverrides overrides;
   bool is_live = false;
   double speed = 10;
 };
 
 void Run(const Arguments& arguments) {
-  const Config config = LoadMission(arguments.config, arguments.overrides);
-  const auto metrics = arguments.is_live ? RunLiveMission(config, arguments.out, arguments.speed)
-                                         : RunMission(config, arguments.out);
+  Config config = ReadMission(arguments.config, arguments.overrides);
+  const auto earlier = Resume(arguments.resume, config);
+  NumberRun(config);
+  const auto metrics = arguments.is_live
+                           ? RunLiveMission(config, arguments.out, arguments.speed, earlier)
+                           : RunMission(config, arguments.out, earlier);
   std::printf("%s\n", metrics.dump(2).c_str());
 }
 
@@ -32,6 +36,10 @@ void AddMissionCommand(CLI::App& app) {
   command->add_option("config", arguments->config, "mission file (TOML)")->required();
   command->add_option("--out", arguments->out, "folder for map, log, metrics and report")
       ->required();
+  command->add_option("--resume", arguments->resume,
+                      "a run, or its map, to go on from: the vehicle is put in again as [put_in] "
+                      "tells, where that run ended unless it says otherwise; the map of both is "
+                      "kept in --out");
   command->add_option("--mode", overrides.mode, "vog, vog-no-lc or standard");
   command->add_option("--seed", overrides.seed, "seed of all that is random");
   command->add_option("--max-submaps", overrides.max_submaps, "budget");

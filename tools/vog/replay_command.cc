@@ -11,6 +11,7 @@ namespace {
 
 struct Arguments {
   std::string out;
+  std::optional<std::string> resume;
   bool live = false;
   PlayOptions play;
 };
@@ -22,10 +23,11 @@ void Run(const Arguments& arguments, bool has_live_options) {
     throw UsageError(
         "--speed, --from, --to, --channels, --loop and --url go with --live; a log cut "
         "by vog log cut can be replayed to --out");
+  if (arguments.live && arguments.resume) throw UsageError("--resume goes with --out");
   if (arguments.live) {
     PlayLog(arguments.play);
   } else {
-    ReplayLog(arguments.play.log, arguments.out);
+    ReplayLog(arguments.play.log, arguments.out, arguments.resume);
   }
 }
 
@@ -43,6 +45,9 @@ void AddReplayCommand(CLI::App& app) {
   PlayOptions& play = arguments->play;
   command->add_option("log", play.log, "LCM event log of a run")->required();
   command->add_option("--out", arguments->out, "folder for the map and all else");
+  command->add_option("--resume", arguments->resume,
+                      "the run, or its map, that this one went on from; else the one that is kept "
+                      "beside the log");
   command->add_flag("--live", arguments->live, "publish the log on LCM");
   const std::vector<CLI::Option*> live_options = {
       command->add_option("--speed", play.speed, "times its own pace")

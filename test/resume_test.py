@@ -4,10 +4,11 @@ flight."""
 import os
 import shutil
 import signal
+import subprocess
 import unittest
 
-from vog_testing import (INPUTS, IS_SANITIZED, TIMEOUT_S, LiveMissionTest, VogTest, children_of, config,
-                         contents, vog)
+from vog_testing import (BIN, INPUTS, IS_SANITIZED, TIMEOUT_S, LiveMissionTest, VogTest, children_of,
+                         config, contents, free_url, vog)
 
 FIRST = 2 if IS_SANITIZED else 12
 BUDGET = 4 if IS_SANITIZED else 105
@@ -157,6 +158,17 @@ class ResumeTest(VogTest):
         self.assertEqual(contents(self.old), self.old_files)
         self.refuse(2, "replay", self.old / "lcm.log", "--resume", self.old, "--out", out,
                     says=["did not go on from another one"])
+
+    def test_the_vehicles_map_service_refuses_it_too(self):
+        out = self.scratch / "vehicle"
+        done = subprocess.run(
+            [BIN / "vog-map-service", "--config", config("tank"), "--set", f"bus.url='{free_url()}'",
+             f"map.directory='{out}'", f"map.resume='{self.old / 'map'}'", "submap.voxel_size_m=0.1"],
+            capture_output=True, text=True, timeout=TIMEOUT_S)
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
+        self.assertIn("its voxels are of 0.095 m", done.stderr)
+        self.assertFalse(out.exists())
 
     def test_the_other_tools_cope(self):
         self.assertIn("SUBMAP", self.run_vog("log", "info", self.new / "lcm.log"))

@@ -62,7 +62,7 @@ std::int64_t SubmapReceiver::DigestOf(int submaps) const {
 }
 
 void SubmapReceiver::OnMapStatus(const map_status_t& status) {
-  if (status.submaps < 0) {
+  if (status.submaps < 0 || status.first < 0 || status.first > status.submaps) {
     endpoint_.NoteMalformed();
     return;
   }

@@ -267,6 +267,12 @@ TEST_F(SubmapReceiverTest, AnImpossibleStatusIsCountedAndDropped) {
   status.submaps = -3;
   bus_.Deliver(service_.Say(status));
   EXPECT_EQ(endpoint_.counts().malformed, 1);
+  status.submaps = 4;
+  for (const int first : {-1, 5}) {
+    status.first = first;
+    bus_.Deliver(service_.Say(status));
+  }
+  EXPECT_EQ(endpoint_.counts().malformed, 3);
   EXPECT_EQ(resets_, 0);
   EXPECT_EQ(dut_.announced(), -1);
 }

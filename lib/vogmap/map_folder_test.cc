@@ -97,6 +97,21 @@ TEST_F(MapFolderTest, NeedNotTellOfAnEndNorOfEarlierFlights) {
   EXPECT_EQ(ReadFile(folder_ / "map.toml").find("[put_in]"), std::string::npos);
 }
 
+TEST_F(MapFolderTest, AnEndThatMakesNoSenseIsTheMapsFault) {
+  SaveMapFolder(map_, folder_);
+  const std::string whole = ReadFile(folder_ / "map.toml");
+  for (const auto& [from, to, key] :
+       {std::array<std::string, 3>{"X_ME = [", "X_ME = [7.5, ", "X_ME"},
+        {"[end]\nutime_us = 987654321", "[end]\nutime_us = \"now\"", "utime_us"},
+        {"[put_in]\nid = 2", "[put_in]\nid = -2", "id"}}) {
+    Overwrite(folder_ / "map.toml", whole);
+    Edit(from, to);
+    EXPECT_NE(ErrorOfLoading().find(": " + key + " is missing or makes no sense"),
+              std::string::npos)
+        << ErrorOfLoading();
+  }
+}
+
 TEST_F(MapFolderTest, LeavesOutADamagedSubmapAndNamesIt) {
   SaveMapFolder(map_, folder_);
   const std::string name = "submaps/000001.ot", path = (folder_ / name).string();

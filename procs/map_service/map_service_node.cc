@@ -26,6 +26,24 @@ std::uint32_t VersionOf(submap_t message) {
   return ContentChecksum(message);
 }
 
+/// Takes over the map of earlier flights, if any, where this one has none yet. A process that is
+/// killed meanwhile does it again.
+MapServiceSettings WithEarlierMap(const MapServiceSettings& settings) {
+  const MapOptions& options = settings.map;
+  if (options.resume.empty() || IsMapFolder(options.directory)) return settings;
+  StoredMap map =
+      LoadEarlierMap(options.resume, settings.mission, settings.submap, settings.sensor_model);
+  PutInPlaceOf(map, settings.put_in);  // Throws where that is not known.
+  if (!map.end)
+    LogLine(options.resume +
+            ": does not tell where its mission ended; the place of its last scan is taken");
+  map.run_id = settings.run_id;
+  map.complete = false;
+  map.put_in.reset();
+  SaveMapFolder(map, options.directory);
+  return settings;
+}
+
 }  // namespace
 
 MapServiceSettings MapServiceSettings::From(const Config& config) {
@@ -36,7 +54,7 @@ MapServiceSettings MapServiceSettings::From(const Config& config) {
 }
 
 MapServiceNode::MapServiceNode(Bus& bus, const MapServiceSettings& settings)
-    : settings_(settings),
+    : settings_(WithEarlierMap(settings)),
       endpoint_(bus, "vog-map-service", settings.run_id),
       builder_(settings.submap, settings.sensor_model, settings.drift),
       map_(settings.submap.voxel_size_m, SensorModel(settings.sensor_model)),
@@ -70,10 +88,7 @@ MapServiceNode::MapServiceNode(Bus& bus, const MapServiceSettings& settings)
 }
 
 void MapServiceNode::Resume() {
-  if (!IsMapFolder(settings_.map.directory)) {
-    if (settings_.map.resume.empty()) return;
-    CopyEarlier();
-  }
+  if (!IsMapFolder(settings_.map.directory)) return;
   LoadedMap loaded = LoadMapFolder(settings_.map.directory);
   if (settings_.run_id != 0 && loaded.map.run_id != settings_.run_id)
     throw UsageError(settings_.map.directory +
@@ -94,6 +109,10 @@ void MapServiceNode::Resume() {
   if (whole < map.submaps.size()) {
     LogLine(settings_.map.directory + ": going on after submap " + std::to_string(whole - 1));
     map.submaps.resize(whole);
+    map.end.reset();
+    if (!settings_.map.resume.empty() && !map.put_in)
+      throw UsageError(settings_.map.directory +
+                       ": damaged before the flight began; remove it, it is copied again");
   }
   for (const SubmapPtr& submap : map.submaps) {
     const std::string octree_bytes = ToOctreeBytes(submap->grid);
@@ -105,31 +124,20 @@ void MapServiceNode::Resume() {
   is_complete_ = is_finished_ = map.complete;
 }
 
-void MapServiceNode::CopyEarlier() {
-  StoredMap map = LoadEarlierMap(settings_.map.resume, settings_.mission, settings_.submap,
-                                 settings_.sensor_model);
-  if (!map.end)
-    LogLine(settings_.map.resume +
-            ": does not tell where its mission ended; the place of its last scan is taken");
-  PutInPlaceOf(map, settings_.put_in);  // Throws where that is not known.
-  map.run_id = settings_.run_id;
-  map.complete = false;
-  map.put_in.reset();
-  SaveMapFolder(map, settings_.map.directory);
-}
-
 void MapServiceNode::JoinTo(const StoredMap& map) {
   const Submap& last = *map.submaps.back();
+  const SubmapId next = last.id() + 1;
+  const bool is_later_flight = map.put_in || !settings_.map.resume.empty();
   end_ = map.end;
-  put_in_ = map.put_in;
-  if (put_in_) first_ = put_in_->id;
-  if (settings_.map.resume.empty() || (put_in_ && put_in_->id <= last.id())) {
-    builder_.ContinueAfter(last);
-  } else if (put_in_ && put_in_->id == last.id() + 1) {
+  // What it hangs on may have been lost to damage.
+  if (map.put_in && map.put_in->id <= next) put_in_ = map.put_in;
+  first_ = put_in_ ? put_in_->id : is_later_flight ? next : 0;
+  if (put_in_ && put_in_->id == next) {
     builder_.ContinueFlight(*put_in_);
-  } else {
-    first_ = last.id() + 1;
+  } else if (is_later_flight && !map.put_in) {
     builder_.BeginFlight(last, PutInPlaceOf(map, settings_.put_in));
+  } else {
+    builder_.ContinueAfter(last);
   }
 }
 
@@ -194,6 +202,7 @@ void MapServiceNode::ShowOpen() {
 
 void MapServiceNode::NotePutIn(const SubmapBase& first) {
   put_in_ = first;
+  end_ = PlaceInMap{first.odometry.time, first.edge.X_PM, PlanarOf(first.edge.covariance)};
   Save(/*complete=*/false);
 }
 
@@ -204,6 +213,7 @@ void MapServiceNode::OnClosed(const SubmapPtr& submap, Time time) {
                              : submap->base.odometry.X_OB);
   const std::string octree_bytes = ToOctreeBytes(submap->grid);
   unsaved_[submap->id()] = octree_bytes;
+  end_.reset();  // It was told by the submap before.
   Save(/*complete=*/false);
   const submap_t message = ToMessage(*submap, octree_bytes);
   digest_ = AppendToDigest(digest_, VersionOf(message));

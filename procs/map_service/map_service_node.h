@@ -45,8 +45,6 @@ class MapServiceNode {
 
  private:
   void Resume();
-  /// Takes over the map of earlier flights. A process that is killed meanwhile does it again.
-  void CopyEarlier();
   /// Tells the builder what the next submap hangs on.
   void JoinTo(const StoredMap& map);
   bool IsBudgetUsed() const { return submaps_.size() >= settings_.mission.max_submaps; }
@@ -84,7 +82,7 @@ class MapServiceNode {
   bool is_finished_ = false, is_complete_ = false;
   SubmapId first_ = 0;  // Of this flight.
   std::optional<SubmapBase> put_in_;
-  std::optional<PlaceInMap> end_;
+  std::optional<PlaceInMap> end_;  // Where the vehicle was last, by the last closed submap.
   std::optional<OdometrySample> newest_odometry_;
   std::int64_t leaps_ = 0;
   std::string save_fault_;

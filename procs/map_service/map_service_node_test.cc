@@ -545,7 +545,7 @@ class MapServiceResumeTest : public MapServiceNodeTest {
     try {
       Start();
     } catch (const UsageError& error) {
-      EXPECT_FALSE(IsMapFolder(settings_.map.directory));
+      EXPECT_FALSE(std::filesystem::exists(settings_.map.directory));
       return error.what();
     }
     return "not refused";
@@ -585,6 +585,7 @@ TEST_F(MapServiceResumeTest, GoesOnWithACopyOfTheMap) {
   ASSERT_TRUE(map.put_in.has_value());
   EXPECT_EQ(map.put_in->id, 2);
   EXPECT_FALSE(map.complete);
+  EXPECT_FALSE(map.end.has_value()) << "a flight that breaks off here ended at its last scan";
   const auto copied = FilesOf(settings_.map.directory);
   for (const char* name : {"submaps/000000.ot", "submaps/000001.ot"})
     EXPECT_TRUE(copied.at(name) == files.at(name)) << name;
@@ -611,6 +612,18 @@ TEST_F(MapServiceResumeTest, KilledBeforeItsFirstSubmapItKnowsWhereTheFlightBega
   EXPECT_GT(moved.translation().norm(), 0.1);
   EXPECT_TRUE(again.edge.X_PM.isApprox(base.edge.X_PM * moved, 1e-6));
   EXPECT_EQ(Status().first, 2);
+}
+
+TEST_F(MapServiceResumeTest, ADamagedCopyGoesOnBeforeTheDamage) {
+  Start();
+  vehicle_.Drive(kScansPerSubmap + 2);
+  Overwrite(std::filesystem::path(settings_.map.directory) / "submaps/000001.ot", "not an octree");
+  Start();
+  bench_.Forget();
+  vehicle_.Drive(2 * kScansPerSubmap + 1);
+  EXPECT_EQ(ToldIds(), (std::vector<SubmapId>{1, 2}));
+  EXPECT_EQ(Status().first, 1);
+  EXPECT_EQ(New().put_in->id, 1);
 }
 
 TEST_F(MapServiceResumeTest, AMapWithoutAnEndGoesOnFromItsLastScan) {

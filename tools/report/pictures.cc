@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 
+#include "lib/geometry/odometry.h"
 #include "tools/report/curves.h"
 #include "tools/report/html.h"
 #include "tools/report/view.h"
@@ -18,11 +19,13 @@ constexpr const char* kFullColour = "#1a8a45";
 constexpr const char* kPartialColour = "#40b0489c";
 constexpr const char* kNotJudged = "There is no time series: the run has no truth to be judged by.";
 
-/// `x y z` lines of a trajectory, thinned evenly.
+/// `x y z` lines of a trajectory, thinned evenly; an empty one where nothing is known of the way,
+/// as between two flights.
 std::string PathData(const Trajectory& path) {
   const std::size_t step = path.size() / kMaxPathPoints + 1;
   std::string text;
   for (std::size_t i = 0; i < path.size(); ++i) {
+    if (i > 0 && path[i].time - path[i - 1].time > OdometryHistory::kLongestGap) text += "\n";
     if (i % step != 0 && i + 1 != path.size()) continue;
     const Vec3& p = path[i].X_WB.translation();
     text += DataLine({p.x(), p.y(), p.z()});

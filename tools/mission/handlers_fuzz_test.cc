@@ -22,7 +22,8 @@ struct Recorded {
 };
 
 Config SmallMission() {
-  Config config = LoadMission(std::string(VOG_SOURCE_DIR) + "/config/mission/propeller.toml", {});
+  Config config = ReadMission(std::string(VOG_SOURCE_DIR) + "/config/mission/propeller.toml", {});
+  NumberRun(config);
   for (const char* setting :
        {"submap.scans_per_submap=8", "sonar.beams=12", "mission.max_submaps=3",
         "planner.tree_nodes=5", "bus.run_id=7", "submap.voxel_size_m=0.2"})

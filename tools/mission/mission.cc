@@ -70,12 +70,6 @@ Config ReadMission(const std::string& file, const MissionOverrides& overrides) {
   return config;
 }
 
-Config LoadMission(const std::string& file, const MissionOverrides& overrides) {
-  Config config = ReadMission(file, overrides);
-  NumberRun(config);
-  return config;
-}
-
 void NumberRun(Config& config) {
   if (config.Read<BusOptions>("bus").run_id == 0)
     config.Set("bus.run_id=" + std::to_string(RunIdOf(config)));

@@ -24,8 +24,6 @@ struct MissionOverrides {
 /// Reads a mission file, puts the overrides on top, and checks every table of it. @throws
 /// UsageError.
 Config ReadMission(const std::string& file, const MissionOverrides& overrides);
-/// The same, with a number for the run.
-Config LoadMission(const std::string& file, const MissionOverrides& overrides);
 
 /// Gives a run without a number, bus.run_id, one that depends on its settings alone, so that equal
 /// missions give equal logs.

@@ -170,7 +170,7 @@ void Fly(Config& config, const std::vector<std::string>& keep, const fs::path& p
 }
 
 /// Makes `part` the result by one rename, unless another process was first.
-void PutInPlace(const fs::path& part, const fs::path& result) {
+void MakeResult(const fs::path& part, const fs::path& result) {
   std::error_code error;
   fs::rename(part, result, error);
   if (!error || HasResult(result)) return;
@@ -267,7 +267,7 @@ void FlyTask(const fs::path& path, const std::string& text) {
   const fs::path part = PartOf(path, mission);
   try {
     Fly(config, campaign.keep, part);
-    PutInPlace(part, folder.ResultOf(mission));
+    MakeResult(part, folder.ResultOf(mission));
   } catch (const std::exception&) {
     // Who was first has removed what this one wrote.
     if (!folder.IsFinished(mission)) throw;

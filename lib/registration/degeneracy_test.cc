@@ -167,6 +167,48 @@ TEST(DegeneracyTest, TrueDirectionsAreNamedAndErrorsAreAsLargeAsToldThere) {
   RecordProperty("normalised_error_squared", std::to_string(all.normalised()));
 }
 
+/// The part of the way from the registration's start to its result along what it says that it has
+/// not measured, as a screw.
+Vec6 UnmeasuredWay(const Pair& pair, const IcpResult& result) {
+  const Vec6 scale = pair.Scale();
+  const Mat6 all = Mat6::Identity();
+  Eigen::MatrixXd free = all;
+  if (pair.is_planar) {
+    free.resize(6, 3);
+    free << all.leftCols<2>(), all.rightCols<1>();
+  }
+  const Eigen::MatrixXd seen = free.transpose() * scale.cwiseInverse().asDiagonal() * result.basis;
+  const Eigen::MatrixXd Q = Eigen::MatrixXd(seen.householderQr().householderQ()) *
+                            Eigen::MatrixXd::Identity(seen.rows(), seen.cols());
+  const Eigen::VectorXd way =
+      free.transpose() * scale.asDiagonal() * Log(Ominus(pair.initial_X_ik, result.X_ik));
+  return scale.cwiseInverse().asDiagonal() * free * (way - Q * (Q.transpose() * way));
+}
+
+// From far starts: what is taken for partners at first holds directions that nothing holds later.
+TEST(DegeneracyTest, NoRegistrationGoesFarAroundWhatItHasNotMeasured) {
+  for (const IcpFreedom freedom : {IcpFreedom::kPlanar, IcpFreedom::kFull})
+    for (const Kind& kind : kKinds) {
+      IcpOptions options;
+      options.freedom = freedom;
+      int degenerate = 0, bent = 0;
+      for (int i = 0; i < 30; ++i) {
+        Random random(i, kind.name);
+        Pair pair((StructureMaker(random).*kind.make)(), freedom, 0.03, random);
+        pair.initial_X_ik = pair.X_ik * RandomMotion(Twist(0.6, 0.6, 0, 0, 0, 0.3), random);
+        const IcpResult result = Register(options, *pair.target, *pair.source, pair.initial_X_ik);
+        if (!result.usable || result.degenerate_directions == 0) continue;
+        ++degenerate;
+        // How far the screw is from a straight line.
+        const Vec6 way = UnmeasuredWay(pair, result);
+        const double bend_m = way.head<3>().norm() * way.tail<3>().norm() / 4;
+        EXPECT_LT(bend_m, 0.2) << kind.name << " " << i;
+        bent += bend_m > 2 * options.point_sigma_m;
+      }
+      EXPECT_LE(bent, degenerate / 30) << kind.name;
+    }
+}
+
 // A blade is hardly held in other directions either: which, depends on its noise.
 TEST(DegeneracyTest, NoMoreOfABladeIsSeenThanThereIs) {
   for (const IcpFreedom freedom : {IcpFreedom::kPlanar, IcpFreedom::kFull}) {

@@ -13,14 +13,25 @@ namespace {
 constexpr int kMinCorrespondences = 20;
 constexpr double kConverged = 1e-5;  // Metres, or radians times the cloud's radius.
 
-/// The free coordinates of a pose as columns of a 6 x n matrix.
-Eigen::Matrix<double, 6, Eigen::Dynamic> FreeBasis(IcpFreedom freedom) {
-  if (freedom == IcpFreedom::kFull) return Mat6::Identity();
-  Eigen::Matrix<double, 6, Eigen::Dynamic> basis(6, 3);
-  basis.setZero();
-  basis(0, 0) = basis(1, 1) = basis(5, 2) = 1;
-  return basis;
-}
+/// The directions in which a pose may move. Steps have a coordinate for each, rotations scaled to
+/// metres by the cloud's radius.
+struct FreeDirections {
+  Eigen::Matrix<double, 6, Eigen::Dynamic> basis;  ///< Orthonormal columns.
+  double radius_m;
+
+  FreeDirections(IcpFreedom freedom, double radius_m)
+      : basis(Mat6::Identity()), radius_m(radius_m) {
+    if (freedom == IcpFreedom::kFull) return;
+    basis.setZero(6, 3);
+    basis(0, 0) = basis(1, 1) = basis(5, 2) = 1;
+  }
+  /// From scaled coordinates to a pose's.
+  Vec6 unscale() const { return (Vec6() << Vec3::Ones(), Vec3::Constant(1 / radius_m)).finished(); }
+  Vec6 Twist(const Eigen::VectorXd& step) const { return unscale().asDiagonal() * (basis * step); }
+  Eigen::VectorXd StepOf(const Pose3& motion) const {
+    return basis.transpose() * unscale().cwiseInverse().asDiagonal() * Log(motion);
+  }
+};
 
 std::size_t UsedPoints(const IcpOptions& options, const RegistrationCloud& source) {
   return std::min(source.size(), static_cast<std::size_t>(options.max_points));
@@ -196,6 +207,49 @@ Eigen::MatrixXd SpanOf(const Eigen::MatrixXd& columns) {
          Eigen::MatrixXd::Identity(columns.rows(), columns.cols());
 }
 
+/// Gauss-Newton steps from a pose, and where they led.
+struct Descent {
+  Pose3 X_ik;
+  Linearisation at;  ///< The last one.
+  Directions directions;
+  int iterations = 0;
+  bool usable = false;
+};
+
+/// Correspondences reach `distance_m` at first and end_distance_m in the end.
+Descent Descend(const IcpOptions& options, const RegistrationCloud& target,
+                const RegistrationCloud& source, const Pose3& X_ik, double distance_m,
+                const FreeDirections& free) {
+  const double shrink = std::pow(options.end_distance_m / options.start_distance_m,
+                                 1.0 / std::max(1, options.iterations / 2));
+  Descent descent;
+  descent.X_ik = X_ik;
+  for (descent.iterations = 1; descent.iterations <= options.iterations; ++descent.iterations) {
+    descent.at = Linearise(options, target, source, descent.X_ik, distance_m, free.radius_m);
+    if (descent.at.correspondences < kMinCorrespondences) return descent;
+    descent.directions = WellConditioned(options, descent.at, free.basis);
+    if (descent.directions.measured.cols() == 0) return descent;
+    const Eigen::VectorXd step = descent.directions.gain * (free.basis.transpose() * descent.at.b);
+    descent.X_ik = descent.X_ik * Exp(free.Twist(step));
+    const bool is_fine = distance_m <= options.end_distance_m;
+    if (is_fine && step.norm() < kConverged) break;
+    distance_m = std::max(options.end_distance_m, distance_m * shrink);
+  }
+  descent.usable = true;
+  return descent;
+}
+
+/// The way back from where the descent led to `X_ik`, as far as it goes along directions that are
+/// not measured: along a symmetry of the structure, a screw, every place fits as well.
+Vec6 WayBackAlongUnmeasured(const Descent& descent, const Pose3& X_ik, const FreeDirections& free) {
+  const Eigen::MatrixXd span = SpanOf(descent.directions.measured);
+  const Eigen::VectorXd back = free.StepOf(Ominus(descent.X_ik, X_ik));
+  return free.Twist(back - span * (span.transpose() * back));
+}
+
+/// How far the middle of a short screw lies from a straight way, within a factor of two [m].
+double BendOf(const Vec6& screw) { return screw.head<3>().norm() * screw.tail<3>().norm() / 4; }
+
 }  // namespace
 
 IcpResult Register(const IcpOptions& options, const RegistrationCloud& target,
@@ -203,27 +257,21 @@ IcpResult Register(const IcpOptions& options, const RegistrationCloud& target,
   IcpResult result;
   result.X_ik = initial_X_ik;
   if (target.size() < kMinCorrespondences || source.size() < kMinCorrespondences) return result;
-  const double radius_m = source.radius_m();
-  const Eigen::Matrix<double, 6, Eigen::Dynamic> free = FreeBasis(options.freedom);
-  Vec6 unscale = Vec6::Ones();
-  unscale.tail<3>() /= radius_m;
-
-  Linearisation at;
-  Directions directions;
-  const double shrink = std::pow(options.end_distance_m / options.start_distance_m,
-                                 1.0 / std::max(1, options.iterations / 2));
-  double distance_m = options.start_distance_m;
-  for (result.iterations = 1; result.iterations <= options.iterations; ++result.iterations) {
-    at = Linearise(options, target, source, result.X_ik, distance_m, radius_m);
-    if (at.correspondences < kMinCorrespondences) return result;
-    directions = WellConditioned(options, at, free);
-    if (directions.measured.cols() == 0) return result;
-    const Eigen::VectorXd step = directions.gain * (free.transpose() * at.b);
-    result.X_ik = result.X_ik * Exp(unscale.asDiagonal() * (free * step));
-    const bool is_fine = distance_m <= options.end_distance_m;
-    if (is_fine && step.norm() < kConverged) break;
-    distance_m = std::max(options.end_distance_m, distance_m * shrink);
+  const FreeDirections free(options.freedom, source.radius_m());
+  Descent descent = Descend(options, target, source, initial_X_ik, options.start_distance_m, free);
+  if (descent.usable && descent.directions.degenerate > 0) {
+    // What nothing holds in the end may have been held, wrongly, by what was taken for partners
+    // in the beginning.
+    const Vec6 back = WayBackAlongUnmeasured(descent, initial_X_ik, free);
+    if (BendOf(back) > options.point_sigma_m)
+      descent =
+          Descend(options, target, source, descent.X_ik * Exp(back), options.end_distance_m, free);
   }
+  result.X_ik = descent.X_ik;
+  result.iterations = descent.iterations;
+  if (!descent.usable) return result;
+  const Linearisation& at = descent.at;
+  const Directions& directions = descent.directions;
 
   result.usable = true;
   result.correspondences = at.correspondences;
@@ -232,17 +280,18 @@ IcpResult Register(const IcpOptions& options, const RegistrationCloud& target,
   result.degenerate_directions = directions.degenerate;
   result.signal_to_noise.assign(directions.signal_to_noise.begin(),
                                 directions.signal_to_noise.end());
-  const Eigen::MatrixXd measured = free * directions.measured;
-  const Eigen::MatrixXd gain = free * directions.gain * free.transpose();
+  const Eigen::MatrixXd measured = free.basis * directions.measured;
+  const Eigen::MatrixXd gain = free.basis * directions.gain * free.basis.transpose();
   // What each point errs for itself is little, but all there is where one patch is all there is.
   const Mat6 errors =
-      SharedErrors(options, target, source, result.X_ik, radius_m, measured.cols()) +
+      SharedErrors(options, target, source, result.X_ik, free.radius_m, measured.cols()) +
       options.point_sigma_m * options.point_sigma_m * at.H;
   const Mat6 known = gain * errors * gain.transpose();
   // What is not measured has the variance of something unknowable.
   constexpr double kUnknowable = 1e6;
   const Eigen::MatrixXd span = SpanOf(measured);
   const Mat6 unknown = kUnknowable * (Mat6::Identity() - span * span.transpose());
+  const Vec6 unscale = free.unscale();
   result.covariance = unscale.asDiagonal() * (known + unknown) * unscale.asDiagonal();
   result.basis = SpanOf(unscale.cwiseInverse().asDiagonal() * measured);
   return result;

@@ -10,6 +10,8 @@ namespace {
 /// Places looked at in one plan: in all, of them new ones, and how many are kept for the search
 /// that ends the exploration.
 constexpr int kPlaces = 80, kNewPlaces = 30, kLastPlaces = 20;
+/// Views of the tree looked at in one plan.
+constexpr int kTreeViews = 20;
 /// Views whose ways are tested in one plan.
 constexpr int kWays = 12;
 /// A view is done with when less than this share of it is left.
@@ -182,17 +184,39 @@ ViewPlan CoveragePlanner::LookForMore(const OccupancyMap& map) {
 
 ViewPlan CoveragePlanner::GrowTree(const OccupancyMap& map, const CollisionChecker& checker,
                                    const Waypoint& at) {
-  const TreeContext context{map, checker,
-                            [&](const Waypoint& to) { return static_cast<int>(GainAt(map, to)); }};
-  Random random(static_cast<std::uint64_t>(seed_), "coverage", static_cast<std::uint64_t>(plans_));
+  // The same tree in each plan, as far as the map is the same; in each some of its views are
+  // looked at.
+  const int first = tree_views_;
+  tree_views_ += kTreeViews;
+  if (first == 0) tree_of_plan_ = plans_;
+  int view = 0;
+  const TreeContext context{map, checker, [&](const Waypoint& to) {
+                              const bool is_due = view >= first && view < tree_views_;
+                              ++view;
+                              return is_due ? static_cast<int>(GainAt(map, to)) : 0;
+                            }};
+  Random random(static_cast<std::uint64_t>(seed_), "coverage",
+                static_cast<std::uint64_t>(tree_of_plan_));
   NbvTree tree(options_, box_W_, at);
   tree.GrowTo(context, options_.max_tree_nodes, random);
   ViewPlan plan = PlanOf(tree);
-  if (plan.outcome != ViewPlan::Outcome::kGo) return plan;
-  nothing_since_ = -1;
+  if (plan.outcome != ViewPlan::Outcome::kGo) {
+    if (tree_views_ < view) {
+      plan.outcome = ViewPlan::Outcome::kLookOn;
+    } else {
+      tree_views_ = 0;
+    }
+    return plan;
+  }
+  NoteGain();
   gain_of_plan_ = tree.nodes()[static_cast<std::size_t>(plan.best)].visible;
   plan.path = FirstPartOf(plan.path);
   return plan;
+}
+
+void CoveragePlanner::NoteGain() {
+  nothing_since_ = -1;
+  tree_views_ = 0;
 }
 
 ViewPlan CoveragePlanner::Plan(const OccupancyMap& map, const CollisionChecker& checker,
@@ -207,7 +231,7 @@ ViewPlan CoveragePlanner::Plan(const OccupancyMap& map, const CollisionChecker& 
     if (view.reached < 0) break;
     auto way = routes_.RouteTo(map, checker, view.reached, YawOfHeading(view.heading));
     if (way) {
-      nothing_since_ = -1;
+      NoteGain();
       return GoTo(view, *way);
     }
     was_refused = true;

@@ -19,7 +19,7 @@ namespace vog {
 /// Minoux 1978]. Nothing is left to gain when every place that can be reached has been looked at
 /// anew and none gains.
 ///
-/// Work is bounded by counts: places looked at in a plan.
+/// Work is bounded by counts: places and views looked at in a plan.
 class CoveragePlanner final : public ViewPlanner {
  public:
   CoveragePlanner(const PlannerOptions& options, const MotionLimits& limits,
@@ -55,8 +55,10 @@ class CoveragePlanner final : public ViewPlanner {
   View FindBest(const OccupancyMap& map, const Waypoint& at);
   ViewPlan GoTo(const View& view, const std::vector<Waypoint>& way);
   ViewPlan LookForMore(const OccupancyMap& map);
-  /// In space too narrow for the lattice: a tree of random views, with all that it can reach.
+  /// In space too narrow for the lattice: a tree of random views, with all that it can reach. Some
+  /// of them are looked at in each plan.
   ViewPlan GrowTree(const OccupancyMap& map, const CollisionChecker& checker, const Waypoint& at);
+  void NoteGain();
   std::vector<Waypoint> FirstPartOf(const std::vector<Waypoint>& way) const;
 
   PlannerOptions options_;
@@ -71,6 +73,8 @@ class CoveragePlanner final : public ViewPlanner {
   int plans_ = 0;
   int looks_left_ = 0;       // In this plan.
   int nothing_since_ = -1;   // Plan since which none of the places looked at has gained.
+  int tree_views_ = 0;       // Of the tree that have been looked at.
+  int tree_of_plan_ = 0;     // The plan in which it was first grown.
   double gain_of_plan_ = 0;  // Of the view that is flown to.
 };
 

@@ -17,7 +17,8 @@ PROGRAMS = ("vog-sim", "vog-planner", "vog-controller", "vog-slam", "vog-map-ser
             "vog-sonar-reader", "vog-nav-bridge")
 FAKETIME = next(pathlib.Path("/usr/lib").glob("*/faketime/libfaketime.so.1"), None)
 
-# Between LCM and the kernel: every tenth datagram from the bus is lost.
+# Between LCM and the kernel: every tenth datagram from the bus is lost, that is, cut too short for
+# LCM. Waiting for the next one instead would keep LCM's thread from ending.
 LOSSY = r"""
 #define _GNU_SOURCE
 #include <dlfcn.h>
@@ -27,15 +28,11 @@ ssize_t recvmsg(int socket, struct msghdr* message, int flags) {
   static ssize_t (*receive)(int, struct msghdr*, int);
   static unsigned seed;
   if (!receive) receive = (ssize_t(*)(int, struct msghdr*, int))dlsym(RTLD_NEXT, "recvmsg");
-  for (;;) {
-    struct msghdr kept = *message;
-    ssize_t size = receive(socket, message, flags);
-    int type = 0;
-    socklen_t type_size = sizeof(type);
-    getsockopt(socket, SOL_SOCKET, SO_TYPE, &type, &type_size);
-    if (size <= 0 || type != SOCK_DGRAM || rand_r(&seed) % 10) return size;
-    *message = kept;
-  }
+  ssize_t size = receive(socket, message, flags);
+  int type = 0;
+  socklen_t type_size = sizeof(type);
+  getsockopt(socket, SOL_SOCKET, SO_TYPE, &type, &type_size);
+  return size > 0 && type == SOCK_DGRAM && rand_r(&seed) % 10 == 0 ? 1 : size;
 }
 """
 

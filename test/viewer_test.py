@@ -13,7 +13,8 @@ from thousand_submaps import write_thousand
 from vog_testing import BIN, VogTest, config, free_url
 
 SUBMAPS = 12       # Of the log.
-LIVE_SUBMAPS = 150  # More than are needed: the mission goes on until the test has seen enough.
+LIVE_SUBMAPS = 300  # More than are needed: the mission goes on until the test has seen enough.
+GOING_ON = "/exploring|revisiting/"
 TOKEN = "a token for tests"
 SHOWN = "[...vogmap.scene.clouds.values()].filter((cloud) => cloud.visible).length"
 # Where each submap is drawn: its number -> x, y, z.
@@ -60,7 +61,8 @@ class LiveTest(ViewerTest):
         page.wait("!document.getElementById('empty').hidden")
         mission = subprocess.Popen(
             [BIN / "vog", "mission", config("demo"), "--live", "--speed", "10", "--max-submaps",
-             str(LIVE_SUBMAPS), "--set", f"bus.url='{url}'", "--out", self.scratch / "run"],
+             str(LIVE_SUBMAPS), "--set", "mission.when_done=revisit", f"bus.url='{url}'", "--out",
+             self.scratch / "run"],
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.addCleanup(mission.communicate)
         self.addCleanup(mission.terminate)
@@ -86,11 +88,11 @@ class LiveTest(ViewerTest):
             is_open(watcher)
             # The new server has asked the map service for what was said before its time.
             watcher.wait(f"vogmap.store.hello !== null && {SHOWN} >= {known}")
-            watcher.wait("vogmap.store.live.mission?.state === 'exploring'")
+            watcher.wait(f"{GOING_ON}.test(vogmap.store.live.mission?.state)")
             # The browser itself tells of refused connections; nothing else may be wrong.
             self.assertEqual([fault for fault in watcher.faults() if "WebSocket" not in fault], [])
         page.wait(f"{SHOWN} > {known}", 120)
-        page.wait("document.getElementById('facts').textContent.includes('exploring')")
+        page.wait(f"{GOING_ON}.test(document.getElementById('facts').textContent)")
         self.without_faults(page)
 
     def a_closure_moves_submaps(self, page):

@@ -1,10 +1,15 @@
 #include "lib/navigation/dead_reckoning.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 namespace vog {
 namespace {
+
+/// Without bottom lock an assumed velocity's error lasts for as long as lock is lost.
+constexpr double kNoLock_s = 60;
 
 void Propagate(const Pose3& X_OB_now, const Mat3& added, OdometrySample& state) {
   state.covariance = ComposePlanarCovariance(state.covariance, Ominus(state.X_OB, X_OB_now), added);
@@ -58,7 +63,8 @@ OdometrySample VehicleNavTracker::Add(const VehicleNavRecord& record) {
 
 bool VelocityGate::Agree(const DvlRecord& a, const DvlRecord& b) const {
   const double dt_s = std::abs(ToSeconds(b.time - a.time));
-  const double noise_m_s = options_.gate_sigmas * std::numbers::sqrt2 * options_.dvl_sigma_m_s;
+  const double noise_m_s =
+      options_.gate_sigmas * std::numbers::sqrt2 * options_.errors.dvl_sigma_m_s;
   return (b.velocity_B_m_s - a.velocity_B_m_s).norm() <=
          options_.max_acceleration_m_s2 * dt_s + noise_m_s;
 }
@@ -77,7 +83,7 @@ bool VelocityGate::Passes(const DvlRecord& record) {
 }
 
 DeadReckoner::DeadReckoner(const DeadReckoningOptions& options, std::int64_t segment)
-    : options_(options), gate_(options) {
+    : options_(options), filter_(options.errors), gate_(options) {
   state_.origin = state_.segment = segment;
 }
 
@@ -86,47 +92,86 @@ void DeadReckoner::SetFix(const Pose3& X_OB) {
 }
 
 void DeadReckoner::Add(const DvlRecord& record) {
-  if (record.valid && gate_.Passes(record)) velocity_ = record;
+  if (!record.valid || !gate_.Passes(record)) return;
+  velocity_ = record;
+  unused_velocity_B_m_s_ = record.velocity_B_m_s;
 }
 
-void DeadReckoner::Add(const DepthRecord& record) {
-  const double measured_m = -record.depth_m;
-  z_m_ = z_m_ ? *z_m_ + options_.depth_gain * (measured_m - *z_m_) : measured_m;
-}
+void DeadReckoner::Add(const DepthRecord& record) { unused_z_m_ = -record.depth_m; }
 
 bool DeadReckoner::HasLock(Time time) const {
   return velocity_ && ToSeconds(time - velocity_->time) <= options_.lock_lost_after_s;
 }
 
 std::optional<OdometrySample> DeadReckoner::Add(const ImuRecord& record) {
-  if (!z_m_ || (is_started_ && record.time <= state_.time)) return std::nullopt;
-  const double dt_s = is_started_ ? ToSeconds(record.time - state_.time) : 0;
-  const bool has_lock = HasLock(record.time);
-  state_.velocity_B_m_s = has_lock ? velocity_->velocity_B_m_s : Vec3::Zero();
-  // The rate about the vertical, from body rates [Fossen 2011, eq. 2.26].
-  const Vec3& rates = record.angular_velocity_B_rad_s;
-  state_.yaw_rate_rad_s =
-      (std::sin(record.roll_rad) * rates.y() + std::cos(record.roll_rad) * rates.z()) /
-      std::cos(record.pitch_rad);
-  const double yaw_rad = YawOf(state_.X_OB) + dt_s * state_.yaw_rate_rad_s;
-  const RollPitchYaw angles{record.roll_rad, record.pitch_rad, yaw_rad};
-  const Vec3 moved_O = MakePose(Vec3::Zero(), angles) * Vec3(dt_s * state_.velocity_B_m_s);
-  Vec3 position_O = state_.X_OB.translation() + moved_O;
-  z_m_ = *z_m_ + moved_O.z();
-  position_O.z() = *z_m_;
-
-  const double sigma_m_s = has_lock ? options_.dvl_sigma_m_s : options_.no_lock_sigma_m_s;
-  // One velocity's error lasts for a period; without lock it lasts for as long as lock is lost.
-  const double correlated_s = has_lock ? options_.dvl_period_s : 60;
-  const double moved = sigma_m_s * sigma_m_s * correlated_s * dt_s;
-  const double turned = options_.gyro_noise_rad_rt_s * options_.gyro_noise_rad_rt_s * dt_s;
-  Propagate(MakePose(position_O, angles), Vec3(moved, moved, turned).asDiagonal(), state_);
-  state_.time = record.time;
   if (!is_started_) {
-    is_started_ = true;
+    if (unused_z_m_) Start(record);
     return std::nullopt;
   }
+  if (record.time <= state_.time) return std::nullopt;
+  const double dt_s = ToSeconds(record.time - state_.time);
+  const Vec3 velocity_O_before_m_s = state_.X_OB.linear() * state_.velocity_B_m_s;
+  filter_.Predict(dt_s, 0.5 * (rates_B_rad_s_ + record.angular_velocity_B_rad_s));
+  state_.time = record.time;
+  Measure(record);
+  const Pose3 X_OA = MakePose(Vec3::Zero(), filter_.angles());  // A: the body's axes, at O.
+  const Vec3 velocity_O_m_s = 0.5 * (velocity_O_before_m_s + X_OA * state_.velocity_B_m_s);
+  Vec3 position_O = state_.X_OB.translation() + dt_s * velocity_O_m_s;
+  position_O.z() = filter_.z_m();
+  Propagate(MakePose(position_O, filter_.angles()), AddedCovariance(dt_s), state_);
+  reckoned_s_ += dt_s;
   return state_;
+}
+
+void DeadReckoner::Start(const ImuRecord& record) {
+  const RollPitchYaw angles{record.roll_rad, record.pitch_rad, YawOf(state_.X_OB)};
+  Vec3 position_O = state_.X_OB.translation();
+  position_O.z() = *unused_z_m_;
+  filter_.Start(angles, *std::exchange(unused_z_m_, std::nullopt));
+  filter_.ForgetVelocity(options_.no_lock_sigma_m_s);
+  state_.X_OB = MakePose(position_O, angles);
+  state_.time = record.time;
+  Measure(record);
+  is_started_ = true;
+}
+
+/// Gives the filter what came since the record before.
+void DeadReckoner::Measure(const ImuRecord& record) {
+  filter_.MeasureAttitude(record.roll_rad, record.pitch_rad);
+  if (unused_velocity_B_m_s_) filter_.MeasureVelocity(*unused_velocity_B_m_s_);
+  if (!HasLock(record.time)) filter_.ForgetVelocity(options_.no_lock_sigma_m_s);
+  if (unused_z_m_) filter_.MeasureHeight(*unused_z_m_, options_.gate_sigmas, options_.depth_gain);
+  unused_velocity_B_m_s_.reset();
+  unused_z_m_.reset();
+  rates_B_rad_s_ = record.angular_velocity_B_rad_s;
+  state_.velocity_B_m_s = filter_.velocity_B_m_s();
+  state_.yaw_rate_rad_s = filter_.YawRate(rates_B_rad_s_);
+}
+
+/// How much the covariance of (x, y) grows in a second, on the body side.
+Eigen::Matrix2d DeadReckoner::PositionNoise(double correlated_s) const {
+  const auto white = [](double sigma_m_s, double lasts_s) -> Eigen::Matrix2d {
+    return lasts_s * sigma_m_s * sigma_m_s * Eigen::Matrix2d::Identity();
+  };
+  if (!HasLock(state_.time)) return white(options_.no_lock_sigma_m_s, kNoLock_s);
+  // A velocity's error lasts until the next one that is taken.
+  const double age_s = ToSeconds(state_.time - velocity_->time);
+  const Eigen::Vector2d v = state_.velocity_B_m_s.head<2>();
+  const auto& P = filter_.covariance();
+  const double scale_variance = P(InstrumentFilter::kDvlScale, InstrumentFilter::kDvlScale);
+  return white(options_.errors.dvl_sigma_m_s, std::max(options_.dvl_period_s, age_s)) +
+         correlated_s * (scale_variance * v * v.transpose() +
+                         P.block<2, 2>(InstrumentFilter::kDvlBias, InstrumentFilter::kDvlBias));
+}
+
+/// Of (x, y, yaw), over the `dt_s` that end now, on the body side.
+Mat3 DeadReckoner::AddedCovariance(double dt_s) const {
+  const double correlated_s = 2 * std::min(reckoned_s_ + 0.5 * dt_s, options_.bias_horizon_s);
+  const double gyro_noise = options_.errors.gyro_noise_rad_rt_s;
+  Mat3 density = Mat3::Zero();
+  density.topLeftCorner<2, 2>() = PositionNoise(correlated_s);
+  density(2, 2) = gyro_noise * gyro_noise + correlated_s * filter_.YawBiasVariance();
+  return dt_s * density;
 }
 
 }  // namespace vog

@@ -4,31 +4,33 @@
 
 #include "lib/base/config.h"
 #include "lib/geometry/odometry.h"
+#include "lib/navigation/instrument_filter.h"
 #include "lib/navigation/records.h"
 
 namespace vog {
 
 struct DeadReckoningOptions {
-  double dvl_sigma_m_s = 0.03;
+  InstrumentErrors errors;
+  double bias_horizon_s = 60;
   double dvl_period_s = 0.2;
   double no_lock_sigma_m_s = 0.15;
   double lock_lost_after_s = 1.0;
-  double gyro_noise_rad_rt_s = 3.4e-4;
   double depth_gain = 0.2;
   double max_acceleration_m_s2 = 0.5;
   double gate_sigmas = 6;
   int believed_outliers = 5;
 
   void Visit(OptionsVisitor& v) {
-    v("dvl_sigma_m_s", dvl_sigma_m_s, Between(1e-4, 10), "of one velocity of the DVL");
+    errors.Visit(v);
+    v("bias_horizon_s", bias_horizon_s, Between(1, 1e6),
+      "biases that nothing observes are taken to add up for so long");
     v("dvl_period_s", dvl_period_s, Between(0.01, 60), "between two velocities");
     v("no_lock_sigma_m_s", no_lock_sigma_m_s, Between(1e-3, 10),
       "of the velocity that is assumed without bottom lock");
     v("lock_lost_after_s", lock_lost_after_s, Between(0.05, 600),
       "a velocity this old is no longer trusted");
-    v("gyro_noise_rad_rt_s", gyro_noise_rad_rt_s, Between(0, 1), "angle random walk of the gyro");
     v("depth_gain", depth_gain, Between(0.01, 1),
-      "share of a depth reading that corrects the predicted depth");
+      "share of a depth that nothing explains which corrects the height");
     v("max_acceleration_m_s2", max_acceleration_m_s2, Between(0.01, 100),
       "of the vehicle: a velocity that would need more is an outlier");
     v("gate_sigmas", gate_sigmas, Between(1, 100), "and this many dvl_sigma_m_s beyond it");
@@ -93,9 +95,17 @@ class VehicleNavTracker {
   std::int64_t jumps_ = 0;
 };
 
-/// Odometry from the instruments: the gyro turns, the DVL's velocity moves, depth and attitude are
-/// taken as measured. Without bottom lock the last velocity holds for a while, then none; the
-/// covariance grows faster meanwhile. Starts at the origin of O unless it is told a fix.
+/// Odometry from the instruments: what InstrumentFilter makes of gyro, attitude, DVL and depth,
+/// integrated over time by the trapezoidal rule. Without bottom lock the last velocity holds for a
+/// while, then none; the covariance grows faster meanwhile. Starts at the origin of O unless it is
+/// told a fix.
+///
+/// The errors of one bias at different times are the same error; an OdometrySample's covariance,
+/// from which those of motions are made by difference, can tell independent ones alone. So a bias
+/// of variance s^2 counts as noise of density 2 s^2 min(t, h) at time t since the start, h =
+/// `bias_horizon_s`. Until h the heading's variance is s^2 t^2 as it really is. By Cauchy and
+/// Schwarz the sum over a motion of duration T that begins after h has at most T / (2 h) times the
+/// variance that it is said to have: an upper bound for whatever is shorter than two horizons.
 class DeadReckoner {
  public:
   DeadReckoner(const DeadReckoningOptions& options, std::int64_t segment);
@@ -112,14 +122,24 @@ class DeadReckoner {
   bool HasLock(Time time) const;
   /// Velocities that were not believed.
   std::int64_t outliers() const { return gate_.outliers(); }
+  const InstrumentFilter& filter() const { return filter_; }
 
  private:
+  void Start(const ImuRecord& record);
+  void Measure(const ImuRecord& record);
+  Eigen::Matrix2d PositionNoise(double correlated_s) const;
+  Mat3 AddedCovariance(double dt_s) const;
+
   DeadReckoningOptions options_;
+  InstrumentFilter filter_;
   OdometrySample state_;
   bool is_started_ = false;
-  std::optional<double> z_m_;
+  double reckoned_s_ = 0;              // Since the start.
+  Vec3 rates_B_rad_s_ = Vec3::Zero();  // The last that the gyro said.
   VelocityGate gate_;
-  std::optional<DvlRecord> velocity_;  // The last one that was taken.
+  std::optional<DvlRecord> velocity_;          // The last one that was taken,
+  std::optional<Vec3> unused_velocity_B_m_s_;  // and if the filter has not got it.
+  std::optional<double> unused_z_m_;           // The last height likewise.
 };
 
 }  // namespace vog

@@ -19,6 +19,9 @@ NavigationSensors::NavigationSensors(const SensorOptions& options, Duration imu_
       dropout_starts_(DropoutStarts()),
       gyro_bias_B_rad_s_(
           Random(seed, "gyro_bias").GaussianVector(Vec3::Constant(options.gyro_bias_sigma_rad_s))) {
+  Random random(seed, "dvl_bias");
+  dvl_bias_B_m_s_ = random.GaussianVector(Vec3::Constant(options.dvl_bias_sigma_m_s));
+  dvl_scale_ = 1 + random.Gaussian(options.dvl_scale_sigma);
 }
 
 /// Of valid runs of mean length 1 / p and dropouts of mean length L, the share L / (L + 1 / p) is
@@ -35,7 +38,8 @@ double NavigationSensors::DropoutStarts() const {
 
 DvlRecord NavigationSensors::Dvl(Time time, std::int64_t sequence, const VehicleState& truth) {
   Random random(seed_, "dvl", sequence);
-  const Vec3 velocity_B_m_s = truth.velocity_B_m_s + random.GaussianVector(options_.dvl_sigma_m_s);
+  const Vec3 velocity_B_m_s = dvl_scale_ * truth.velocity_B_m_s + dvl_bias_B_m_s_ +
+                              random.GaussianVector(options_.dvl_sigma_m_s);
   const bool may_be_lost = fixes_lost_in_a_row_ < options_.dvl_dropout_max;
   const double probability =
       fixes_lost_in_a_row_ > 0 ? options_.dvl_dropout_goes_on : dropout_starts_;

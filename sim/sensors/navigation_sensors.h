@@ -10,6 +10,8 @@ namespace vog {
 /// Table [navigation_sensors]: what Doppler log, inertial unit and pressure sensor are like.
 struct SensorOptions {
   Vec3 dvl_sigma_m_s = {0.0266, 0.0266, 0.02};
+  double dvl_bias_sigma_m_s = 0.001;
+  double dvl_scale_sigma = 0.002;
   double dvl_dropout_share = 0.087;
   double dvl_dropout_goes_on = 0.3;
   int dvl_dropout_max = 2;
@@ -21,6 +23,10 @@ struct SensorOptions {
 
   void Visit(OptionsVisitor& v) {
     v("dvl_sigma_m_s", dvl_sigma_m_s, Between(0, 10), "noise of the velocities along x, y and z");
+    v("dvl_bias_sigma_m_s", dvl_bias_sigma_m_s, Between(0, 1),
+      "of what all velocities are off by, each axis");
+    v("dvl_scale_sigma", dvl_scale_sigma, Between(0, 0.2),
+      "of the share that all velocities are too large by");
     v("dvl_dropout_share", dvl_dropout_share, Between(0, 0.9),
       "share of fixes without bottom lock");
     v("dvl_dropout_goes_on", dvl_dropout_goes_on, Between(0, 1),
@@ -60,6 +66,8 @@ class NavigationSensors {
   double dropout_starts_;  // Probability, after a valid fix.
   int fixes_lost_in_a_row_ = 0;
   Vec3 gyro_bias_B_rad_s_;
+  Vec3 dvl_bias_B_m_s_;
+  double dvl_scale_;  // 1 and what velocities are too large by.
 };
 
 }  // namespace vog

@@ -19,7 +19,7 @@ VehicleState Truth() {
 SensorOptions Noiseless() {
   SensorOptions options;
   options.dvl_sigma_m_s.setZero();
-  options.dvl_dropout_share = 0;
+  options.dvl_dropout_share = options.dvl_bias_sigma_m_s = options.dvl_scale_sigma = 0;
   options.gyro_noise_density_rad_s_sqrt_hz = options.gyro_bias_sigma_rad_s = 0;
   options.gyro_bias_walk_rad_s_sqrt_h = options.attitude_sigma_deg = options.depth_sigma_m = 0;
   return options;
@@ -43,9 +43,30 @@ TEST(NavigationSensorsTest, WithoutNoiseMeasuresTheTruth) {
   EXPECT_EQ(depth.sequence, 5);
 }
 
+TEST(NavigationSensorsTest, TheDopplerLogsBiasAndScaleLastAndDifferFromSeedToSeed) {
+  SensorOptions options = Noiseless();
+  options.dvl_bias_sigma_m_s = 0.01;
+  options.dvl_scale_sigma = 0.05;
+  constexpr int kSeeds = 2000;
+  double bias = 0, scale = 0;
+  for (int seed = 0; seed < kSeeds; ++seed) {
+    NavigationSensors dut(options, kImuPeriod, seed);
+    VehicleState truth = Truth();
+    truth.velocity_B_m_s = {1, 0, 0};
+    const Vec3 first = dut.Dvl({}, 0, truth).velocity_B_m_s;
+    EXPECT_EQ(dut.Dvl({}, 1, truth).velocity_B_m_s, first);
+    truth.velocity_B_m_s.setZero();
+    const Vec3 still = dut.Dvl({}, 2, truth).velocity_B_m_s;
+    bias += still.squaredNorm() / 3 / kSeeds;
+    scale += std::pow(first.x() - still.x() - 1, 2) / kSeeds;
+  }
+  EXPECT_NEAR(std::sqrt(bias), 0.01, 0.0005);
+  EXPECT_NEAR(std::sqrt(scale), 0.05, 0.0025);
+}
+
 TEST(NavigationSensorsTest, NoiseIsAsStrongAsTheOptionsSay) {
   SensorOptions options;
-  options.dvl_dropout_share = 0;
+  options.dvl_dropout_share = options.dvl_bias_sigma_m_s = options.dvl_scale_sigma = 0;
   options.gyro_bias_sigma_rad_s = options.gyro_bias_walk_rad_s_sqrt_h = 0;
   NavigationSensors dut(options, kImuPeriod, 1);
   double dvl = 0, roll = 0, gyro = 0, depth = 0;

@@ -10,7 +10,7 @@ import time
 import unittest
 
 from lcm_testing import import_types, read_log
-from vog_testing import BIN, TIMEOUT_S, LiveMissionTest, children_of, config
+from vog_testing import BIN, TIMEOUT_S, LiveMissionTest, children_of, config, may_mount
 
 SUBMAPS = 6
 PROGRAMS = ("vog-sim", "vog-planner", "vog-controller", "vog-slam", "vog-map-service",
@@ -138,6 +138,39 @@ class FaultsTest(LiveMissionTest):
         gap_s = max(b - a for a, b in zip(scans, scans[1:])) * 1e-6
         self.assertGreater(gap_s, 55)
         self.assertLess(gap_s, 62)
+
+    @unittest.skipUnless(may_mount(), "needs root")
+    def test_a_full_disk_is_survived_and_the_mission_not_judged(self):
+        """The map is whole once there is room again; a log with gaps is no judge."""
+        self.out = self.scratch / "full"
+        self.out.mkdir()
+        mount = f"mount -t tmpfs -o size=64m none '{self.out}' && exec \"$@\""
+        mission = self.start_mission(self.out, SUBMAPS, wrap=("unshare", "-m", "sh", "-c", mount, "sh"))
+        self.addCleanup(mission.wait)
+        self.addCleanup(mission.kill)
+        disk = pathlib.Path(f"/proc/{mission.pid}/root{self.out}")
+        self.wait_for(lambda: self.saved_submaps(disk) >= 1, mission)
+        with self.assertRaises(OSError), (disk / "filler").open("wb", buffering=0) as filler:
+            while True:
+                filler.write(b"x" * 65536)
+        self.assertIn("Messages are left out until there is room", mission.stderr.readline())
+        time.sleep(2)
+        (disk / "filler").unlink()
+        # Its last line, in the same second as it unmounts the disk.
+        keeper = os.open(disk, os.O_RDONLY)
+        self.addCleanup(os.close, keeper)
+        _, errors = mission.communicate(timeout=TIMEOUT_S)
+        self.assertEqual(mission.returncode, 1, errors)
+        self.assertIn("recording goes on in", errors)
+        self.assertRegex(errors.splitlines()[-1],
+                         "lcm.log: the disk was full: [1-9][0-9]* messages are missing, so the mission is not judged")
+        kept = pathlib.Path(f"/proc/self/fd/{keeper}")
+        self.assertFalse((kept / "metrics.json").exists())
+        self.assertFalse([file for file in kept.rglob("*") if file.suffix == ".tmp"])
+        copy = self.scratch / "kept"
+        shutil.copytree(f"{kept}/", copy)
+        self.assertRegex(self.run_vog("map", "info", copy / "map"), r"complete +true")
+        self.run_vog("log", "merge", copy / "lcm.log", copy / "lcm.log.000", "--out", copy / "all.log")
 
 
 if __name__ == "__main__":

@@ -13,18 +13,12 @@ import time
 import unittest
 import zipfile
 
-from vog_testing import BIN, VogTest, config, free_url, vog
+from vog_testing import BIN, VogTest, config, free_url, may_mount, vog
 
 LCM_JARS = (*map(pathlib.Path, os.environ.get("CLASSPATH", "").split(":")),
             pathlib.Path("/usr/share/java/lcm.jar"))
 HAS_JDK = (all(map(shutil.which, ("javac", "jar", "lcm-gen")))
            and any(jar.name == "lcm.jar" and jar.exists() for jar in LCM_JARS))
-
-
-def may_mount():
-    """Whether a small disk can be made that nobody else sees."""
-    return subprocess.run(["unshare", "-m", "mount", "-t", "tmpfs", "none", "/mnt"],
-                          capture_output=True).returncode == 0
 
 
 class OperateTest(VogTest):

@@ -59,6 +59,12 @@ def children_of(pid):
     return found
 
 
+def may_mount():
+    """Whether a small disk can be made that nobody else sees."""
+    return subprocess.run(["unshare", "-m", "mount", "-t", "tmpfs", "none", "/mnt"],
+                          capture_output=True).returncode == 0
+
+
 class VogTest(unittest.TestCase):
     """Gives each test class a scratch folder."""
 
@@ -94,9 +100,9 @@ class LiveMissionTest(VogTest):
     def setUp(self):
         self.url = free_url()
 
-    def start_mission(self, out, submaps, *settings, **environment):
+    def start_mission(self, out, submaps, *settings, wrap=(), **environment):
         return subprocess.Popen(
-            [BIN / "vog", "mission", config("propeller"), "--live", "--speed", str(self.SPEED),
+            [*wrap, BIN / "vog", "mission", config("propeller"), "--live", "--speed", str(self.SPEED),
              "--max-submaps", str(submaps), "--set", f"bus.url='{self.url}'", "--out", out, *settings],
             env={**os.environ, **environment}, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 

@@ -7,12 +7,12 @@
 
 #include "lib/base/files.h"
 #include "lib/bus/lcm_bus.h"
-#include "lib/bus/lcm_log.h"
 #include "lib/bus/process.h"
 #include "lib/bus/stopwatch.h"
 #include "lib/messages/endpoint.h"
 #include "procs/sim/sim_node.h"
 #include "sim/scene/mesh_file.h"
+#include "tools/log/log_recorder.h"
 #include "tools/mission/judge.h"
 #include "tools/mission/mission.h"
 #include "tools/mission/process_group.h"
@@ -23,6 +23,7 @@ namespace vog {
 namespace {
 
 constexpr Duration kTendPeriod = std::chrono::milliseconds(100);
+constexpr Duration kFlushPeriod = std::chrono::seconds(1);
 constexpr double kMaxStart_s = 30;
 // Real time that the last submap may take to be registered and saved.
 constexpr double kMaxFinish_s = 60;
@@ -34,23 +35,29 @@ const std::vector<std::string> kPrograms = {"vog-nav-bridge", "vog-sonar-reader"
 class Recorder {
  public:
   /// What is said before the vehicle's time begins, at `start`, is written as if said then.
-  Recorder(LcmBus& bus, const std::filesystem::path& log, Time start) : log_(log.string()) {
+  Recorder(LcmBus& bus, const std::filesystem::path& log, Time start) : log_({log}) {
     bus.SubscribeAll([this, start](Time time, const std::string& channel, Bytes bytes) {
       log_.Write(std::max(time, start), channel, bytes);
       watcher_.OnMessage(time, channel, bytes);
       HandleIf(channel, bytes, outputs::kStatus,
                [&](const status_t& status) { heard_.insert(status.process); });
     });
+    bus.Every(kFlushPeriod, [this](Time) { log_.Tick(); });
   }
 
   const RunProgress& progress() const { return watcher_.progress(); }
+  /// Hands all to the system; returns the number of messages that the disk had no room for.
+  std::int64_t Finish() {
+    log_.Tick();
+    return log_.lost();
+  }
   bool HasHeardAll() const {
     return std::all_of(kPrograms.begin(), kPrograms.end(),
                        [this](const std::string& name) { return heard_.count(name) > 0; });
   }
 
  private:
-  LcmLogWriter log_;
+  LogRecorder log_;
   ProgressWatcher watcher_;
   std::set<std::string> heard_;
 };
@@ -102,6 +109,7 @@ nlohmann::ordered_json RunLiveMission(const Config& config, const std::filesyste
       "--set",    "map.directory='" + (folder / "map").string() + "'",
       "--set",    "map.resume='" + resume + "'",
       "--set",    "live.speed=" + ToText(speed)};
+  std::int64_t lost = 0;
   {
     BusOptions bus_options = config.Read<BusOptions>("bus");
     bus_options.clock = ClockSource::kMessage;
@@ -112,7 +120,13 @@ nlohmann::ordered_json RunLiveMission(const Config& config, const std::filesyste
     WaitUntilReady(bus, processes, recorder, stop);
     processes.Start({"vog-sim", arguments, false});
     WaitUntilComplete(bus, processes, recorder, sim.mission.max_submaps, stop);
+    lost = recorder.Finish();
   }
+  // The judge believes the log: of one with gaps it would tell what never was.
+  if (lost > 0)
+    throw SystemError((folder / "lcm.log").string() +
+                      ": the disk was full: " + std::to_string(lost) +
+                      " messages are missing, so the mission is not judged; its map is whole");
   RunTiming timing;
   timing.wall_s = stopwatch.seconds();
   WriteTiming(timing, folder / "timing.json");

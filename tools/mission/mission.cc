@@ -85,6 +85,10 @@ void PrepareFolder(const std::filesystem::path& folder) {
         "estimate.tum", "submap_places.csv", "reconstruction_truth.ply", "reconstruction_vog.ply",
         "reconstruction_vog_no_lc.ply", "reconstruction_standard.ply"})
     std::filesystem::remove_all(folder / name, error);
+  // lcm.log.000 and so on, of a mission that had a full disk.
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error))
+    if (entry.path().filename().string().starts_with("lcm.log."))
+      std::filesystem::remove(entry.path(), error);
 }
 
 std::string PrepareFolder(const std::filesystem::path& folder,

@@ -7,6 +7,7 @@ import pathlib
 import random
 import unittest
 
+from recordings import two_laps
 from vog_testing import VogTest, vog
 
 # A folder with published graphs, graphs/NAME.g2o; tests that need it are skipped without.
@@ -33,27 +34,6 @@ EDGE_SE2 0 1 1 0 1.5707963 50 0 0 50 0 200
 EDGE_SE2 1 2 1 0 1.5707963 50 0 0 50 0 200
 EDGE_SE2 0 2 1.1 1 3.1 50 0 0 50 0 200
 """
-
-
-
-
-def two_laps(nodes_per_lap=40):
-    """A circle driven twice, with small errors, and a closure from each node to the one a lap on."""
-    chance = random.Random(1)
-    nodes = 2 * nodes_per_lap
-    turn = 2 * math.pi / nodes_per_lap
-    step = 2 * 10 * math.sin(turn / 2)
-
-    def edge(i, k, x, y, yaw):
-        x, y, yaw = x + chance.gauss(0, .02), y + chance.gauss(0, .02), yaw + chance.gauss(0, .002)
-        return f"EDGE_SE2 {i} {k} {x} {y} {yaw} 2500 0 0 2500 0 250000"
-
-    vertices = [f"VERTEX_SE2 {i} {10 * math.sin(i * turn)} {10 - 10 * math.cos(i * turn)} "
-                f"{math.remainder(i * turn, 2 * math.pi)}" for i in range(nodes)]
-    odometry = [edge(i, i + 1, step * math.cos(turn / 2), step * math.sin(turn / 2), turn)
-                for i in range(nodes - 1)]
-    closures = [edge(i, i + nodes_per_lap, 0, 0, 0) for i in range(nodes_per_lap)]
-    return "\n".join(vertices + odometry + closures) + "\n"
 
 
 class GraphTest(VogTest):

@@ -5,37 +5,12 @@ import math
 import random
 import shutil
 import signal
-import struct
 import subprocess
 import unittest
 
 from lcm_testing import Listener, import_types
+from recordings import wall, write_graph, write_pcd
 from vog_testing import BIN, VogTest, contents, vog
-
-
-def write_pcd(file, points, viewpoint):
-    header = ("# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n"
-              f"WIDTH {len(points)}\nHEIGHT 1\nVIEWPOINT {' '.join(map(str, viewpoint))}\n"
-              f"POINTS {len(points)}\nDATA ascii\n")
-    file.write_text(header + "".join(f"{x} {y} {z}\n" for x, y, z in points))
-
-
-def write_graph(file, scans):
-    """An OctoMap scan log: scans is a list of (position, points)."""
-    def vector(*values):
-        return struct.pack(f"<I{len(values)}d", len(values), *values)
-
-    out = struct.pack("<I", len(scans))
-    for number, (position, points) in enumerate(scans):
-        out += struct.pack("<I", len(points)) + b"".join(vector(*point) for point in points)
-        out += vector(*position) + vector(1, 0, 0, 0) + struct.pack("<I", number)
-    out += struct.pack("<I", 0)  # No edges.
-    file.write_bytes(out)
-
-
-def wall(x):
-    """Points of a wall across the x axis."""
-    return [(x, 0.1 * i + 0.05, 0.1 * k + 0.05) for i in range(-10, 10) for k in range(-10, 10)]
 
 
 class MapToolsTest(VogTest):

@@ -4,24 +4,14 @@ import json
 import math
 import os
 import pathlib
-import random
 import statistics
 import unittest
 
+from recordings import corner, write_pcd
 from vog_testing import IS_SANITIZED, ROOT, VogTest, config, vog
 
 REAL_SUBMAPS = pathlib.Path(os.environ.get("VOG_SHARED_DATA", ROOT / "../shared/data")) / "submaps/data"
 SUBMAPS = 3 if IS_SANITIZED else 16
-
-
-def corner(shift=(0, 0), count=4000):
-    """Points of two walls and a box, moved."""
-    draw = random.Random(1)
-    points = []
-    for _ in range(count):
-        a, z = draw.uniform(-2, 2), draw.uniform(-1, 1)
-        points.append(draw.choice([(3, a, z), (a, 2.5, z), (1.5, a / 4, z)]))
-    return [(x + shift[0], y + shift[1], z) for x, y, z in points]
 
 
 def planar(pose):
@@ -132,10 +122,7 @@ class SlamTest(VogTest):
 class RegisterTest(VogTest):
     def cloud(self, name, points):
         file = self.scratch / name
-        head = "\n".join(["# .PCD v0.7", "VERSION 0.7", "FIELDS x y z", "SIZE 4 4 4", "TYPE F F F",
-                          "COUNT 1 1 1", f"WIDTH {len(points)}", "HEIGHT 1",
-                          "VIEWPOINT 0 0 0 1 0 0 0", f"POINTS {len(points)}", "DATA ascii"])
-        file.write_text(head + "\n" + "\n".join(f"{x} {y} {z}" for x, y, z in points) + "\n")
+        write_pcd(file, points)
         return file
 
     def test_a_shift_is_found_and_told_with_its_uncertainty(self):

@@ -1,30 +1,12 @@
 """vog sonar: ranges found in images and recordings, what a recording holds, frames as images."""
 
 import json
-import random
 import struct
 import unittest
 import zlib
 
+from recordings import BEAMS, BINS, ddf, frame_samples, pgm
 from vog_testing import VogTest, vog
-
-BEAMS, BINS = 96, 512
-
-
-def frame_samples(seed=1):
-    """A wall over beams 20-79 in quiet noise; beam b's echo begins at bin 200 + b // 4."""
-    chance = random.Random(seed)
-    samples = bytearray(min(20, int(chance.expovariate(1 / 5))) if chance.random() < .4 else 0
-                        for _ in range(BEAMS * BINS))
-    for beam in range(20, 80):
-        for i, level in enumerate((150, 170, 160, 120, 90, 60)):
-            samples[(200 + beam // 4 + i) * BEAMS + beam] = level
-    return bytes(samples)
-
-
-def pgm(samples):
-    return b"P5\n%d %d\n255\n" % (BEAMS, BINS) + samples
-
 
 def png(samples):
     def chunk(kind, data):
@@ -33,22 +15,6 @@ def png(samples):
     rows = b"".join(b"\0" + samples[i * BEAMS:(i + 1) * BEAMS] for i in range(BINS))
     return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", BEAMS, BINS, 8, 0, 0, 0, 0))
             + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""))
-
-
-def ddf(frames):
-    """A .ddf file of version 4: classic window 2.25-11.25 m, a frame each 0.1 s."""
-    master = bytearray(1024)
-    struct.pack_into("<4sIIIII", master, 0, b"DDF\x04", len(frames), 10, 1, BEAMS, 0)
-    struct.pack_into("<I", master, 24, BINS)
-    whole = bytes(master)
-    for i, samples in enumerate(frames):
-        header = bytearray(1024)
-        struct.pack_into("<I", header, 0, i)
-        struct.pack_into("<III", header, 48, 3, 6, 3)
-        struct.pack_into("<I", header, 192, 1)
-        struct.pack_into("<d", header, 268, 1468966347 + 0.1 * i)
-        whole += bytes(header) + samples
-    return whole
 
 
 class SonarCommandTest(VogTest):

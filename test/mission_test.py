@@ -1,30 +1,15 @@
 """Lock-step missions judged by their metrics, repeated and replayed to the same bytes."""
 
-import itertools
+import json
 import re
+import statistics
 import unittest
 
+from recordings import write_boxes
 from vog_testing import INPUTS, IS_SANITIZED, VogTest, config, contents
 
 SUBMAPS = 3 if IS_SANITIZED else 24
 REPEATED = 1 if IS_SANITIZED else 3
-
-
-def write_boxes(file, *boxes):
-    """Closed boxes (centre, half side, whether it is a hollow: its surface faces inwards) as ASCII
-    STL."""
-    quads = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
-    lines = ["solid boxes"]
-    for centre_m, half_m, is_hollow in boxes:
-        corners = [tuple(c + half_m * sign for c, sign in zip(centre_m, signs))
-                   for signs in itertools.product((-1, 1), repeat=3)]
-        for a, b, c, d in quads:
-            for triangle in ((a, b, c), (a, c, d)):
-                lines += ["facet normal 0 0 0", "outer loop"]
-                lines += ["vertex {} {} {}".format(*corners[i])
-                          for i in (triangle[::-1] if is_hollow else triangle)]
-                lines += ["endloop", "endfacet"]
-    file.write_text("\n".join(lines + ["endsolid boxes"]) + "\n")
 
 
 class MissionTest(VogTest):
@@ -70,6 +55,23 @@ class MissionTest(VogTest):
         poses = (self.run_folder / "estimate.tum").read_text().splitlines()
         self.assertEqual(len(poses), self.metrics(self.run_folder)["scans"])
         self.assertEqual(len(poses[0].split()), 8)
+
+    def test_consistency_is_told_submap_by_submap(self):
+        metrics = self.metrics(self.run_folder)
+        series = json.loads((self.run_folder / "timeseries.json").read_text())["nees_per_dimension"]
+        self.assertEqual(len(series), metrics["submaps"] - 1)  # Each relative to the first.
+        self.assertAlmostEqual(statistics.mean(nees for _, nees in series),
+                               metrics["nees_per_dimension"], delta=1e-9)
+        times = [time for time, _ in series]
+        self.assertEqual(times, sorted(times))
+
+    def test_the_report_lists_every_closure(self):
+        page = (self.run_folder / "report.html").read_text()
+        closures = re.search(r'<section id="closures".*?</section>', page, re.DOTALL)[0]
+        told = self.metrics(self.run_folder)["loop_closures"]
+        self.assertEqual(closures.count('<th scope="row">'), sum(told.values()))
+        self.assertEqual(closures.count("<td>holds</td>"), told["full"] + told["partial"])
+        self.assertIn("before and after registration", closures)
 
     def test_the_log_replayed_gives_the_map_byte_for_byte(self):
         inputs, out = self.scratch / "in.log", self.scratch / "replayed"

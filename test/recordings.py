@@ -74,17 +74,21 @@ def ddf(frames):
     return whole
 
 
-def write_piles(file):
-    """A mesh of two square piles, as an STL of text."""
-    text = "solid piles\n"
-    for x in (0, 3):
-        corners = list(itertools.product((x, x + 1), (0, 1), (-5, 0)))
-        for a, b, c, d in ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)):
+def write_boxes(file, *boxes):
+    """Closed boxes (centre, half side, whether it is a hollow: its surface faces inwards) as ASCII
+    STL."""
+    quads = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+    lines = ["solid boxes"]
+    for centre_m, half_m, is_hollow in boxes:
+        corners = [tuple(c + half_m * sign for c, sign in zip(centre_m, signs))
+                   for signs in itertools.product((-1, 1), repeat=3)]
+        for a, b, c, d in quads:
             for triangle in ((a, b, c), (a, c, d)):
-                text += "facet normal 0 0 0\nouter loop\n"
-                text += "".join("vertex %g %g %g\n" % corners[i] for i in triangle)
-                text += "endloop\nendfacet\n"
-    file.write_text(text + "endsolid piles\n")
+                lines += ["facet normal 0 0 0", "outer loop"]
+                lines += ["vertex {} {} {}".format(*corners[i])
+                          for i in (triangle[::-1] if is_hollow else triangle)]
+                lines += ["endloop", "endfacet"]
+    file.write_text("\n".join(lines + ["endsolid boxes"]) + "\n")
 
 
 def two_laps(nodes_per_lap=40):

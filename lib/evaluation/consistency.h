@@ -3,6 +3,7 @@
 #include <optional>
 #include <vector>
 
+#include "lib/evaluation/statistics.h"
 #include "lib/geometry/pose.h"
 
 namespace vog {
@@ -21,6 +22,12 @@ struct Consistency {
   /// below in 95 % of all cases.
   double share_below_95 = 0;
 };
+
+/// e^T P^-1 e / 3 of each. Nothing when a covariance is not positive definite.
+std::optional<std::vector<double>> NeesPerDimension(const std::vector<PlanarError>& errors);
+
+/// Between which two e^T P^-1 e / 3 lies in 95 % of all cases, as often below as above.
+Interval NeesBand95();
 
 /// Nothing without errors, or when a covariance is not positive definite.
 std::optional<Consistency> JudgeConsistency(const std::vector<PlanarError>& errors);

@@ -28,6 +28,22 @@ TEST(ConsistencyTest, TheLimitIsThatOfThreeDegreesOfFreedom) {
   EXPECT_EQ(share(7.815), 0);
 }
 
+TEST(ConsistencyTest, TellsOfEachError) {
+  const Mat3 covariance = Vec3(4, 9, 0.01).asDiagonal();
+  const auto nees = NeesPerDimension({{Vec3(2, -3, 0.1), covariance}, {Vec3(6, 0, 0), covariance}});
+  ASSERT_TRUE(nees);
+  ASSERT_EQ(nees->size(), 2u);
+  EXPECT_NEAR((*nees)[0], 1, 1e-12);
+  EXPECT_NEAR((*nees)[1], 3, 1e-12);
+  EXPECT_TRUE(NeesPerDimension({})->empty());
+}
+
+TEST(ConsistencyTest, TheBandHoldsNineteenOfTwenty) {
+  // Chi-square of three degrees of freedom: 0.2158 and 9.3484.
+  EXPECT_NEAR(NeesBand95().low, 0.21580 / 3, 1e-5);
+  EXPECT_NEAR(NeesBand95().high, 9.34840 / 3, 1e-5);
+}
+
 TEST(ConsistencyTest, ErrorsDrawnFromTheirCovarianceAreConsistent) {
   Random random(1, "errors");
   Mat3 root;

@@ -1,6 +1,5 @@
 #include "procs/viewer/frames.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -9,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "lib/base/random.h"
+#include "lib/messages/graph_edges.h"
 
 namespace vog {
 namespace {
@@ -142,20 +142,6 @@ std::string BodyFrame(FrameKind kind, Time time, const Pose3& X_WB) {
   return out.Take();
 }
 
-std::vector<Vec3> FreeDirections(const graph_edge_t& edge) {
-  if (edge.kind != graph_edge_t::PARTIAL_CLOSURE) return {};
-  // What is not bound has no information; what is, has much.
-  const Eigen::SelfAdjointEigenSolver<Mat6> solver(MatrixFrom<6>(edge.information));
-  const int free = std::clamp(6 - static_cast<int>(edge.directions), 0, 6);
-  std::vector<Vec3> directions;
-  for (int i = 0; i < free; ++i) {
-    const Vec3 translation = solver.eigenvectors().col(i).head<3>();
-    // The others are rotations, with at most a little sideways in them.
-    if (translation.norm() > 0.5) directions.push_back(translation.normalized());
-  }
-  return directions;
-}
-
 std::string GraphFrame(const graph_t& graph) {
   constexpr int kMaxFree = 2;
   FrameWriter out(FrameKind::kGraph, graph.edge.size(), TimeOf(graph.header));
@@ -172,7 +158,7 @@ std::string GraphFrame(const graph_t& graph) {
     out.Put(static_cast<std::uint8_t>(edge.directions));
     out.Put(reason->second);
     out.PutFloat(edge.chi_square);
-    std::vector<Vec3> free = FreeDirections(edge);
+    std::vector<Vec3> free = FreeMotionsOf(edge).directions;
     free.resize(kMaxFree, Vec3::Zero());
     for (const Vec3& direction : free) out.Put(direction);
   }

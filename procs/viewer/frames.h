@@ -57,9 +57,6 @@ std::string BodyFrame(FrameKind kind, Time time, const Pose3& X_WB);
 /// reasons, a JSON list.
 std::string GraphFrame(const graph_t& graph);
 
-/// Unit vectors along which `edge` does not bind the position of `to`, in its frame.
-std::vector<Vec3> FreeDirections(const graph_edge_t& edge);
-
 /// A point of a path. `anchor` is the submap that `position_m` is relative to, -1 for W.
 struct TrailPoint {
   Time time;

@@ -187,17 +187,6 @@ TEST(FramesTest, AGraphsEdgesTellKindReasonAndFreeDirections) {
   EXPECT_TRUE(reasons[1].get<std::string>().starts_with("too \"far\""));
 }
 
-TEST(FramesTest, FreeRotationsAreNoFreeDirections) {
-  Eigen::Matrix<double, 6, Eigen::Dynamic> free = Eigen::Matrix<double, 6, 2>::Zero();
-  free(1, 0) = free(5, 1) = 1;
-  const auto directions = FreeDirections(PartialEdge(free));
-  ASSERT_EQ(directions.size(), 1u);
-  EXPECT_NEAR(std::abs(directions[0].y()), 1, 1e-6);
-  graph_edge_t full = PartialEdge(free);
-  full.kind = graph_edge_t::FULL_CLOSURE;
-  EXPECT_TRUE(FreeDirections(full).empty());
-}
-
 TEST(FramesTest, PathsAndFrontiersAreAsTheyAre) {
   FrameReader trail(TrailFrame(2, 5, std::vector<TrailPoint>{{FromUtime(7), 3, Vec3(1, 2, 3)}}));
   trail.Head(FrameKind::kTrail, 1, 7);

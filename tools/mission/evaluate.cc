@@ -246,11 +246,28 @@ std::map<SubmapId, SubmapTruth> TruthOfSubmaps(const Run& run) {
   return truth;
 }
 
-void JudgeCovariances(const Run& run, Json& metrics) {
+/// The errors of the submaps' poses, and into `metrics` whether they are as large as SLAM says.
+ErrorsOfNodes JudgeCovariances(const Run& run, Json& metrics) {
   const auto options = run.record.config.Read<SlamOptions>("slam");
-  const auto judged = JudgeConsistency(NodeErrors(run.map, options, TruthOfSubmaps(run)));
+  ErrorsOfNodes nodes = NodeErrors(run.map, options, TruthOfSubmaps(run));
+  const auto judged = JudgeConsistency(nodes.errors);
   metrics["nees_per_dimension"] = judged ? Json(judged->nees_per_dimension) : Json(nullptr);
   metrics["nees_share_below_95"] = judged ? Json(judged->share_below_95) : Json(nullptr);
+  return nodes;
+}
+
+/// A point a submap, at its first scan.
+Json NeesSeries(const StoredMap& map, const ErrorsOfNodes& nodes) {
+  const auto nees = NeesPerDimension(nodes.errors);
+  Json series = Json::array();
+  if (!nees) return series;
+  std::size_t i = 0;
+  for (const SubmapPtr& submap : map.submaps) {
+    if (i == nodes.ids.size()) break;
+    if (submap->id() == nodes.ids[i])
+      series.push_back({ToSeconds(submap->first_scan), (*nees)[i++]});
+  }
+  return series;
 }
 
 Json TimeToJson(const CoverageCurve& curve, double share) {
@@ -437,7 +454,7 @@ nlohmann::ordered_json EvaluateRun(const std::filesystem::path& folder) {
   metrics["position_error_m"] = {
       {"odometry", PositionError(trajectories.odometry, trajectories.truth)},
       {"estimate", PositionError(trajectories.estimate, trajectories.truth)}};
-  JudgeCovariances(run, metrics);
+  const ErrorsOfNodes nodes = JudgeCovariances(run, metrics);
   JudgeCoverage(run, metrics, series);
   metrics["loop_closures"] = {{"full", run.record.full_closures},
                               {"partial", run.record.partial_closures},
@@ -446,6 +463,7 @@ nlohmann::ordered_json EvaluateRun(const std::filesystem::path& folder) {
 
   series["odometry_error_m"] = ErrorSeries(trajectories.odometry, trajectories.truth);
   series["estimate_error_m"] = ErrorSeries(trajectories.estimate, trajectories.truth);
+  series["nees_per_dimension"] = NeesSeries(run.map, nodes);
   WriteFileAtomically(folder / "timeseries.json", series.dump(1) + "\n");
   WriteFileAtomically(folder / "metrics.json", metrics.dump(2) + "\n");
   return metrics;

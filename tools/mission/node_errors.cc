@@ -24,8 +24,8 @@ PoseGraph GraphOf(const StoredMap& map, const SlamOptions& options) {
 
 }  // namespace
 
-std::vector<PlanarError> NodeErrors(const StoredMap& map, const SlamOptions& options,
-                                    const std::map<SubmapId, SubmapTruth>& truth) {
+ErrorsOfNodes NodeErrors(const StoredMap& map, const SlamOptions& options,
+                         const std::map<SubmapId, SubmapTruth>& truth) {
   const PoseGraph graph = GraphOf(map, options);
   std::vector<SubmapPtr> judged;
   std::vector<std::pair<NodeId, NodeId>> from_first;
@@ -47,7 +47,7 @@ std::vector<PlanarError> NodeErrors(const StoredMap& map, const SlamOptions& opt
   };
   const Pose3 X_WF = node(*judged.front()), X_WF_true = true_node(*judged.front());
   const SubmapAnchor first = AnchorOf(*judged.front(), options.node);
-  std::vector<PlanarError> errors;
+  ErrorsOfNodes found;
   for (std::size_t i = 1; i < judged.size(); ++i) {
     const Pose3 X_FC = Ominus(X_WF, node(*judged[i]));
     const Vec6 error = Log(Ominus(X_FC, Ominus(X_WF_true, true_node(*judged[i]))));
@@ -55,9 +55,10 @@ std::vector<PlanarError> NodeErrors(const StoredMap& map, const SlamOptions& opt
     const Mat6 Ad = AdjointOf(anchor.X_MC.inverse());
     const Mat6 covariance =
         BodyCovariance(Ad * covariances[i] * Ad.transpose(), X_FC, first, anchor);
-    errors.push_back({error(kPlanarRows), covariance(kPlanarRows, kPlanarRows)});
+    found.ids.push_back(judged[i]->id());
+    found.errors.push_back({error(kPlanarRows), covariance(kPlanarRows, kPlanarRows)});
   }
-  return errors;
+  return found;
 }
 
 }  // namespace vog

@@ -7,6 +7,7 @@
 #include "tools/report/curves.h"
 #include "tools/report/html.h"
 #include "tools/report/key_figures.h"
+#include "tools/report/map_errors.h"
 #include "tools/report/pictures.h"
 #include "tools/report/report.h"
 
@@ -14,10 +15,6 @@ namespace vog {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-// Distinct to colour-blind eyes, too (Okabe and Ito's set without its yellow).
-constexpr std::array<const char*, 7> kGroupColours = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
-                                                      "#56b4e9", "#e69f00", "#333333"};
 
 /// Runs of one scene and mode.
 struct Group {
@@ -42,7 +39,7 @@ std::vector<Group> GroupRuns(const std::vector<RunNumbers>& runs) {
   }
   std::vector<Group> groups;
   for (auto& [key, group] : sorted) {
-    group.colour = kGroupColours[groups.size() % kGroupColours.size()];
+    group.colour = GroupColour(groups.size());
     groups.push_back(std::move(group));
   }
   return groups;
@@ -103,36 +100,12 @@ std::string CurvesHtml(const std::vector<Group>& groups) {
 
 /// The error of each run's maps, side by side in each group.
 Picture DrawErrors(const std::vector<Group>& groups) {
-  constexpr std::array<std::array<const char*, 3>, 3> kMaps = {
-      {{"/rmse_m/vog", "VOG-map with closures", "#0072b2"},
-       {"/rmse_m/vog_no_lc", "without closures", "#e69f00"},
-       {"/rmse_m/standard", "standard global map", "#cc3311"}}};
-  Plot plot;
-  plot.width_px = 1100;
-  plot.height_px = 300;
-  std::string tics;
-  double max_m = 0.01;
-  for (std::size_t g = 0; g < groups.size(); ++g) {
-    tics += (g > 0 ? ", " : "") + PlotText(groups[g].name) + " " + std::to_string(g);
-    for (std::size_t m = 0; m < kMaps.size(); ++m)
-      for (const RunNumbers* run : groups[g].runs) {
-        const double rmse_m = NumberAt(run->metrics, kMaps[m][0]).value_or(0);
-        max_m = std::max(max_m, rmse_m);
-        const double x = static_cast<double>(g) + 0.22 * (static_cast<double>(m) - 1);
-        plot.data["map" + std::to_string(m)] += DataLine({x, rmse_m});
-      }
+  std::vector<ErrorGroup> shown;
+  for (const Group& group : groups) {
+    shown.push_back({group.name, {}});
+    for (const RunNumbers* run : group.runs) shown.back().metrics.push_back(&run->metrics);
   }
-  plot.commands = "set xtics (" + tics + ") scale 0\nset xrange [-0.6:" +
-                  PlotNumber(static_cast<double>(groups.size()) - 0.4) +
-                  "]\nset yrange [0:" + PlotNumber(1.08 * max_m) +
-                  "]\nset ylabel 'RMSE after ICP [m]' offset 1,0\nset border 3\n"
-                  "set grid ytics lc rgb '#e1e5e9' lw 0.7\n"
-                  "set key outside top center horizontal\nplot ";
-  for (std::size_t m = 0; m < kMaps.size(); ++m)
-    plot.commands += std::string(m > 0 ? ", " : "") + "'map" + std::to_string(m) +
-                     "' with points pt 7 ps 0.7 lc rgb '" + kMaps[m][2] + "' title " +
-                     PlotText(kMaps[m][1]);
-  return DrawPlot(plot);
+  return DrawMapErrors(shown);
 }
 
 std::string RunTable(const std::vector<Group>& groups) {
@@ -164,10 +137,12 @@ void WriteComparison(const std::vector<std::filesystem::path>& folders,
   const std::string body =
       "<h1>" + EscapeHtml(title) + "</h1>\n" +
       HtmlSection("figures", "Key figures", SpreadTable(groups)) +
-      HtmlSection("errors", "Error of the maps",
-                  HtmlFigure(DrawErrors(groups), "Map error of every run, by group",
-                             "A dot a run and map. Every run also builds the two other maps from "
-                             "its own scans.")) +
+      HtmlSection(
+          "errors", "Error of the maps",
+          HtmlFigure(
+              DrawErrors(groups), "Map error of every run, by group",
+              "A dot a run and map, joined by run. Every run also builds the two other maps from "
+              "its own scans.")) +
       HtmlSection("progress", "Progress", CurvesHtml(groups)) +
       HtmlSection("runs", "Runs", RunTable(groups));
   WriteFileAtomically(out, HtmlPage(title, body));

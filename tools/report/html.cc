@@ -36,6 +36,13 @@ pre { background: #f6f8fa; border: 1px solid #e1e5e9; border-radius: 4px; paddin
 summary { cursor: pointer; color: #1b6ca8; }
 .swatch { display: inline-block; width: .85em; height: .85em; border: 1px solid #8c959f;
   vertical-align: -.08em; }
+@media print {
+  body { max-width: none; padding: 0; font-size: 11pt; }
+  figure, tr, pre { break-inside: avoid; }
+  h2 { break-after: avoid; }
+  .wide { overflow-x: visible; font-size: 8.5pt; }
+  pre { white-space: pre-wrap; overflow-wrap: anywhere; }
+}
 )css";
 
 /// Bytes of the UTF-8 character at the head of `text`, 0 when it is none.
@@ -57,10 +64,10 @@ bool IsControl(char c) {
   return (static_cast<std::uint8_t>(c) < 0x20 && c != '\n' && c != '\t') || c == 0x7F;
 }
 
-std::string HtmlCell(const char* element, std::string_view scope, const std::string& text) {
+std::string HtmlCell(const char* element, std::string_view scope, const std::string& text_html) {
   std::string html = std::string("<") + element;
   if (!scope.empty()) html += " scope=\"" + std::string(scope) + "\"";
-  return html + ">" + EscapeHtml(text) + "</" + element + ">";
+  return html + ">" + text_html + "</" + element + ">";
 }
 
 }  // namespace
@@ -119,6 +126,18 @@ std::string HtmlMissing(std::string_view why) {
 
 std::string HtmlTable(const std::vector<std::vector<std::string>>& rows,
                       std::string_view css_class) {
+  std::vector<std::vector<std::string>> rows_html = rows;
+  for (auto& row : rows_html)
+    for (std::string& cell : row) cell = EscapeHtml(cell);
+  return HtmlTableOfHtml(rows_html, css_class);
+}
+
+std::string HtmlLink(std::string_view href, std::string_view text) {
+  return "<a href=\"" + EscapeHtml(href) + "\">" + EscapeHtml(text) + "</a>";
+}
+
+std::string HtmlTableOfHtml(const std::vector<std::vector<std::string>>& rows,
+                            std::string_view css_class) {
   std::string html = "<table";
   if (!css_class.empty()) html += " class=\"" + std::string(css_class) + "\"";
   html += ">\n";

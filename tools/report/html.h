@@ -29,6 +29,13 @@ std::string HtmlMissing(std::string_view why);
 std::string HtmlTable(const std::vector<std::vector<std::string>>& rows,
                       std::string_view css_class = "");
 
+/// The same of cells that are HTML already.
+std::string HtmlTableOfHtml(const std::vector<std::vector<std::string>>& rows_html,
+                            std::string_view css_class = "");
+
+/// A text that leads to another file. @pre `href` is a relative path without special characters.
+std::string HtmlLink(std::string_view href, std::string_view text);
+
 /// The whole page: plain, light, without scripts or anything from elsewhere.
 std::string HtmlPage(std::string_view title, std::string_view body_html);
 

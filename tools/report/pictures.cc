@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <map>
 
+#include "lib/evaluation/consistency.h"
 #include "lib/geometry/odometry.h"
 #include "tools/report/curves.h"
 #include "tools/report/html.h"
+#include "tools/report/key_figures.h"
 #include "tools/report/view.h"
 
 namespace vog {
@@ -114,31 +116,31 @@ std::string PositionErrorFigure(const RunFolder& run) {
                     "one, after all closures.");
 }
 
-struct PlanningStep {
-  double submaps, wall_ms;
-};
-
-std::vector<PlanningStep> PlanningSteps(const Json& timing) {
-  std::vector<PlanningStep> steps;
-  if (!timing.contains("planning")) return steps;
-  for (const Json& step : timing["planning"]) {
-    const auto submaps = NumberAt(step, "/submaps"), wall_s = NumberAt(step, "/wall_s");
-    if (submaps && wall_s) steps.push_back({*submaps, 1e3 * *wall_s});
+/// A dot a submap, on a scale of powers of ten, over the band of what is right.
+Picture DrawNees(const std::vector<std::pair<double, double>>& nees, double mean) {
+  constexpr double kLeast = 1e-2;  // A perfect pose has no place on this scale.
+  const Interval band = NeesBand95();
+  Plot plot;
+  plot.width_px = kHalfWidth_px;
+  double max_s = 1, max_nees = 10;
+  for (const auto& [time_s, value] : nees) {
+    plot.data["submaps"] += DataLine({time_s, std::max(value, kLeast)});
+    max_s = std::max(max_s, time_s);
+    max_nees = std::max(max_nees, value);
   }
-  return steps;
-}
-
-/// The median of the steps with equal submaps.
-std::string MedianData(const std::vector<PlanningStep>& steps) {
-  std::map<double, std::vector<double>> by_submaps;
-  for (const PlanningStep& step : steps) by_submaps[step.submaps].push_back(step.wall_ms);
-  std::string text;
-  for (auto& [submaps, times] : by_submaps) {
-    const auto middle = times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2);
-    std::nth_element(times.begin(), middle, times.end());
-    text += DataLine({submaps, *middle});
-  }
-  return text;
+  plot.commands =
+      "set xlabel 'vehicle time [s]'\nset ylabel 'normalised error squared' offset 1,0\n"
+      "set border 3\nset key outside top center horizontal samplen 2\nset logscale y\n"
+      "set xrange [0:" +
+      PlotNumber(max_s, 9) + "]\nset yrange [" + PlotNumber(kLeast) + ":" +
+      PlotNumber(2 * max_nees) + "]\nset object rectangle from graph 0,first " +
+      PlotNumber(band.low) + " to graph 1,first " + PlotNumber(band.high) +
+      " behind fs solid noborder fc rgb '#e4eef6'\n"
+      "plot 'submaps' with points pt 7 ps 0.45 lc rgb '#1b6ca8' title 'a submap', 1 with lines lw "
+      "1 "
+      "dt (4,4) lc rgb '#57606a' title 'expected', " +
+      PlotNumber(mean) + " with lines lw 1.4 lc rgb '#d9730d' title 'mean'";
+  return DrawPlot(plot);
 }
 
 Picture DrawPlanning(const std::vector<PlanningStep>& steps) {
@@ -150,7 +152,8 @@ Picture DrawPlanning(const std::vector<PlanningStep>& steps) {
     max_submaps = std::max(max_submaps, step.submaps);
     max_ms = std::max(max_ms, step.wall_ms);
   }
-  plot.data["medians"] = MedianData(steps);
+  for (const auto& [submaps, wall_ms] : MedianSteps(steps))
+    plot.data["medians"] += DataLine({submaps, wall_ms});
   plot.commands =
       "set xlabel 'submaps'\nset ylabel 'planning step [ms]' offset 1,0\nset border 3\n"
       "set key outside top center horizontal\nset xrange [-0.5:" +
@@ -234,6 +237,28 @@ std::vector<std::pair<double, double>> SeriesPoints(const Json& series, const st
   return points;
 }
 
+std::vector<PlanningStep> PlanningSteps(const Json& timing) {
+  std::vector<PlanningStep> steps;
+  if (!timing.is_object() || !timing.contains("planning")) return steps;
+  for (const Json& step : timing["planning"]) {
+    const auto submaps = NumberAt(step, "/submaps"), wall_s = NumberAt(step, "/wall_s");
+    if (submaps && wall_s) steps.push_back({*submaps, 1e3 * *wall_s});
+  }
+  return steps;
+}
+
+std::vector<std::pair<double, double>> MedianSteps(const std::vector<PlanningStep>& steps) {
+  std::map<double, std::vector<double>> by_submaps;
+  for (const PlanningStep& step : steps) by_submaps[step.submaps].push_back(step.wall_ms);
+  std::vector<std::pair<double, double>> medians;
+  for (auto& [submaps, times] : by_submaps) {
+    const auto middle = times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2);
+    std::nth_element(times.begin(), middle, times.end());
+    medians.emplace_back(submaps, *middle);
+  }
+  return medians;
+}
+
 std::string PathsHtml(const RunFolder& run) {
   if (run.truth.empty() && run.odometry.empty() && run.estimate.empty())
     return HtmlMissing("The run has no trajectories.");
@@ -254,6 +279,27 @@ std::string PathsHtml(const RunFolder& run) {
 std::string ProgressHtml(const RunFolder& run) {
   const std::string html = CoverageFigure(run) + PositionErrorFigure(run);
   return html.empty() ? HtmlMissing(kNotJudged) : HtmlRow({html});
+}
+
+std::string ConsistencyHtml(const RunFolder& run) {
+  const auto nees = SeriesPoints(run.series, "nees_per_dimension");
+  const auto mean = NumberAt(run.metrics, "/nees_per_dimension");
+  const auto share = NumberAt(run.metrics, "/nees_share_below_95");
+  if (nees.empty() || !mean || !share)
+    return HtmlMissing("There is no truth, or too little of a map, to judge the covariances by.");
+  const Interval band = NeesBand95();
+  const std::string caption =
+      "The error of each submap's pose relative to the first one, x, y and yaw, in standard "
+      "deviations "
+      "that the pose graph gives it: squared, a dimension. Where the covariances hold, 95 of 100 "
+      "lie in "
+      "the band, " +
+      Fixed(band.low, 2) + " to " + Fixed(band.high, 2) + ", with a mean of 1. Here the mean is " +
+      Fixed(*mean, 2) + ", and " + Fixed(100 * *share, 0) +
+      " % of the submaps lie below their one-sided limit. The submaps of one run share most of "
+      "their errors: a campaign tells more.";
+  return HtmlRow({HtmlFigure(DrawNees(nees, *mean),
+                             "Normalised error squared of each submap over time", caption)});
 }
 
 std::string TimingHtml(const RunFolder& run) {

@@ -95,6 +95,8 @@ void WriteReport(const std::filesystem::path& folder, const std::filesystem::pat
       [&] { return ProgressHtml(run); },
       [&] { return OccupancyHtml(run); },
       [&] { return PoseGraphHtml(run); },
+      [&] { return LoopClosuresHtml(run); },
+      [&] { return ConsistencyHtml(run); },
       [&] { return TimingHtml(run); }};
   std::vector<std::string> html(drawn.size());
   ParallelFor(drawn.size(), [&](std::size_t i) { html[i] = drawn[i](); });
@@ -104,7 +106,9 @@ void WriteReport(const std::filesystem::path& folder, const std::filesystem::pat
       HtmlSection("reconstruction", "Reconstruction", html[0]) +
       HtmlSection("paths", "Paths", html[1]) + HtmlSection("progress", "Progress", html[2]) +
       HtmlSection("occupancy", "Occupancy", html[3]) + HtmlSection("graph", "Pose graph", html[4]) +
-      HtmlSection("timing", "Planning time", html[5]) +
+      HtmlSection("closures", "Loop closures", html[5]) +
+      HtmlSection("consistency", "Consistency", html[6]) +
+      HtmlSection("timing", "Planning time", html[7]) +
       HtmlSection("parameters", "Parameters", ParametersHtml(run)) +
       HtmlSection("reproduce", "The same again", ReproduceHtml(run));
   WriteFileAtomically(out, HtmlPage(title, body));

@@ -55,8 +55,9 @@ TEST_F(ReportTest, HasEverythingAndNeedsNothing) {
   const std::string page = ReportOf(MakeRun("run", {}));
   EXPECT_TRUE(Has(page, "<h1>box · mode vog · seed 3 · 3 submaps</h1>"));
   const std::map<std::string, int> pictures = {
-      {"figures", 0}, {"reconstruction", 1}, {"paths", 2},      {"progress", 2}, {"occupancy", 4},
-      {"graph", 1},   {"timing", 1},         {"parameters", 0}, {"reproduce", 0}};
+      {"figures", 0},   {"reconstruction", 1}, {"paths", 2},    {"progress", 2},
+      {"occupancy", 4}, {"graph", 1},          {"closures", 3}, {"consistency", 1},
+      {"timing", 1},    {"parameters", 0},     {"reproduce", 0}};
   for (const auto& [id, count] : pictures) {
     EXPECT_FALSE(Section(page, id).empty()) << id;
     EXPECT_EQ(Count(Section(page, id), "<img "), count) << id;
@@ -94,6 +95,49 @@ TEST_F(ReportTest, ShowsTheNumbers) {
   EXPECT_TRUE(Has(Section(page, "timing"), "vog-planner"));
   EXPECT_TRUE(Has(Section(page, "parameters"), "name = &quot;box&quot;"));
   EXPECT_TRUE(Has(Section(page, "reproduce"), "--mode vog --seed 3"));
+}
+
+TEST_F(ReportTest, ListsLoopClosures) {
+  const std::string closures = Section(ReportOf(MakeRun("run", {})), "closures");
+  for (const char* cell : {"full", "partial", "holds", "0.0", "0.000"})
+    EXPECT_TRUE(Has(closures, std::string("<td>") + cell + "</td>")) << cell;
+  for (const char* pair : {"0–2", "0–1"})
+    EXPECT_TRUE(Has(closures, std::string("<th scope=\"row\">") + pair + "</th>")) << pair;
+  const std::string folded = closures.substr(closures.find("<details>"));
+  EXPECT_TRUE(Has(folded, "1 were tried and rejected"));
+  EXPECT_TRUE(Has(folded, "<th scope=\"row\">1–2</th>"));
+  EXPECT_TRUE(Has(folded, "<td>disagrees with the odometry</td>"));
+}
+
+TEST_F(ReportTest, ShowsClosuresAsBeforeAndAfter) {
+  const std::string closures = Section(ReportOf(MakeRun("run", {})), "closures");
+  EXPECT_TRUE(Has(closures, "alt=\"Submaps 0–2 from above, before and after registration\""));
+  EXPECT_TRUE(Has(closures, "0–2 at 0.0 s: full, moved 0.00 m"));
+}
+
+TEST_F(ReportTest, BoundsThePicturesOfClosures) {
+  Options options;
+  options.more_closures = 60;
+  const std::string page = ReportOf(MakeRun("run", options));
+  const std::string closures = Section(page, "closures");
+  EXPECT_TRUE(Has(closures, "Of 62 closures those 24 that move most."));
+  EXPECT_EQ(Count(closures, "<img "), 24 + 1);
+  EXPECT_EQ(Count(closures, "<th scope=\"row\">"), 62 + 1);
+  EXPECT_LT(page.size(), 3'000'000u);
+}
+
+TEST_F(ReportTest, ClosuresOfLostSubmapsHaveARowAlone) {
+  Options options;
+  options.lost_submap = 2;
+  const std::string closures = Section(ReportOf(MakeRun("run", options)), "closures");
+  EXPECT_EQ(Count(closures, "<img "), 1);  // 0-1 has both.
+  EXPECT_TRUE(Has(closures, "<th scope=\"row\">0–2</th>"));
+}
+
+TEST_F(ReportTest, ShowsConsistencyBesideItsBand) {
+  const std::string consistency = Section(ReportOf(MakeRun("run", {})), "consistency");
+  EXPECT_TRUE(Has(consistency, "0.07 to 3.12"));
+  EXPECT_TRUE(Has(consistency, "the mean is 1.25, and 90 % of the submaps"));
 }
 
 TEST_F(ReportTest, DependsOnTheContentAlone) {
@@ -143,7 +187,7 @@ TEST_F(ReportTest, SaysWhatARunWithoutTruthHasNot) {
   options.has_truth = false;
   const std::string page = ReportOf(MakeRun("run", options));
   EXPECT_TRUE(Has(page, "<h1>box · mode vog · seed 3 · 3 submaps</h1>"));
-  for (const char* id : {"figures", "reconstruction", "paths", "progress"})
+  for (const char* id : {"figures", "reconstruction", "paths", "progress", "consistency"})
     EXPECT_TRUE(Has(Section(page, id), "class=\"missing\"")) << id;
   EXPECT_EQ(Count(Section(page, "paths"), "<img "), 2);
   EXPECT_EQ(Count(Section(page, "occupancy"), "<img "), 4);

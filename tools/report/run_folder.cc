@@ -48,6 +48,7 @@ class LogScanner {
     };
     on(inputs::kRun, [&](const run_t& run) { OnRun(run); });
     on(outputs::kGraph, [&](const graph_t& graph) { OnGraph(graph); });
+    on(outputs::kSubmapPoses, [&](const submap_poses_t& poses) { history_.Add(poses); });
     on(outputs::kNav, [&](const nav_t& message) {
       if (const auto sample = FromMessage(message))
         run_.odometry.push_back({sample->time, sample->X_OB});
@@ -58,6 +59,9 @@ class LogScanner {
     });
     has_truth_ |= event.channel == inputs::kTruth.name;
   }
+
+  /// After the last event.
+  void Finish() { run_.closures = history_.Closures(); }
 
   bool has_run() const { return has_run_; }
   bool has_truth() const { return has_truth_; }
@@ -74,6 +78,7 @@ class LogScanner {
 
   /// Each GRAPH is whole; the last one counts.
   void OnGraph(const graph_t& graph) {
+    history_.Add(graph);
     run_.edges = graph.edge;
     std::erase_if(run_.edges, [](const graph_edge_t& edge) {
       return edge.kind < graph_edge_t::ODOMETRY || edge.kind > graph_edge_t::REJECTED_CLOSURE;
@@ -81,6 +86,7 @@ class LogScanner {
   }
 
   RunFolder& run_;
+  ClosureHistory history_;
   bool has_run_ = false, has_truth_ = false;
 };
 
@@ -89,6 +95,7 @@ void ReadLog(const fs::path& folder, RunFolder& run) {
   LogScanner scanner(run);
   LcmLogReader reader((folder / "lcm.log").string());
   while (const auto event = reader.Next()) scanner.Add(*event);
+  scanner.Finish();
   if (!scanner.has_run()) NotARun(folder, "lcm.log has no RUN message");
   if (scanner.has_truth() && run.metrics.is_null()) NotARun(folder, "no metrics.json");
 }

@@ -9,6 +9,7 @@
 #include "lib/geometry/trajectory.h"
 #include "lib/geometry/triangle_mesh.h"
 #include "lib/vogmap/map_folder.h"
+#include "tools/report/closure_history.h"
 #include "vog/graph_edge_t.hpp"
 
 namespace vog {
@@ -28,6 +29,7 @@ struct RunFolder {
   std::optional<Eigen::AlignedBox3d> exploration_box_W;
   StoredMap map;
   std::vector<graph_edge_t> edges;  ///< Of the pose graph.
+  std::vector<TriedClosure> closures;
 
   int CountEdges(std::int8_t kind) const;
   /// The scene (or the mission, where that is not known) and what else tells this run from others,

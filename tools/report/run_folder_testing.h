@@ -37,13 +37,15 @@ class RunFolderTest : public testing::Test {
     int seed = 3;
     double rmse_m = 0.0523;
     bool has_truth = true, has_planning = true;
+    int more_closures = 0;  ///< Of the first two submaps, each elsewhere.
+    int lost_submap = -1;   ///< One that the map has not got.
   };
 
   std::filesystem::path MakeRun(const std::string& name, const Options& options) {
     const std::filesystem::path folder = root_ / name;
     std::filesystem::create_directories(folder);
     WriteLog(folder / "lcm.log", options);
-    WriteMap(folder / "map");
+    WriteMap(folder / "map", options);
     WriteTiming(folder / "timing.json", options);
     if (!options.has_truth) return folder;
     WriteMetrics(folder, options);
@@ -74,6 +76,19 @@ class RunFolderTest : public testing::Test {
     log.Write(FromUtime(message.header.utime_us), channel.name, Encode(message));
   }
 
+  /// Of the solution for the first `count` submaps.
+  static void SayPoses(LcmLogWriter& log, int count) {
+    std::vector<SubmapPlace> places(static_cast<std::size_t>(count));
+    for (int id = 0; id < count; ++id) {
+      SubmapPlace& place = places[static_cast<std::size_t>(id)];
+      place.id = id;
+      place.X_WM = NodePose(id);
+    }
+    submap_poses_t message = ToMessage(places);
+    message.version = count;
+    Say(log, outputs::kSubmapPoses, message);
+  }
+
   static void WriteLog(const std::filesystem::path& file, const Options& options) {
     LcmLogWriter log(file.string());
     run_t run{};
@@ -91,18 +106,25 @@ class RunFolderTest : public testing::Test {
       pose.X_WB = ToMessage(NodePose(i));
       Say(log, outputs::kPose, pose);
     }
+    for (int count = 1; count <= kSubmaps; ++count) SayPoses(log, count);
     graph_t graph{};
+    graph.version = kSubmaps;
     graph.edge = {Edge(0, 1, 0, ""), Edge(1, 2, 0, ""), Edge(0, 2, 1, ""), Edge(0, 1, 2, ""),
                   Edge(1, 2, 3, options.reason)};
+    for (int i = 0; i < options.more_closures; ++i) {
+      graph.edge.push_back(Edge(0, 1, graph_edge_t::FULL_CLOSURE, ""));
+      graph.edge.back().X_ik.position_m[0] += 0.01 * (i + 1);
+    }
     graph.count = static_cast<std::int32_t>(graph.edge.size());
     Say(log, outputs::kGraph, graph);
   }
 
-  static void WriteMap(const std::filesystem::path& folder) {
+  static void WriteMap(const std::filesystem::path& folder, const Options& options) {
     StoredMap map;
     map.voxel_size_m = kVoxel_m;
     map.complete = true;
     for (int id = 0; id < kSubmaps; ++id) {
+      if (id == options.lost_submap) continue;
       Submap submap{
           .base = {}, .first_scan = {}, .last_scan = {}, .scans = 0, .grid = BrickGrid(kVoxel_m)};
       submap.base.id = id;
@@ -136,6 +158,8 @@ class RunFolderTest : public testing::Test {
         {"end_reason", "max_submaps"},
         {"submaps", kSubmaps},
         {"rmse_m", {{"vog", options.rmse_m}, {"vog_no_lc", 0.2}, {"standard", 0.3}}},
+        {"nees_per_dimension", 1.25},
+        {"nees_share_below_95", 0.9},
         {"coverage", {{"surface", 0.914}, {"volume", 0.8}}},
         {"time_to_s", {{"surface_90", 42.0}, {"volume_95", nullptr}}},
         {"loop_closures", {{"full", 1}, {"partial", 1}, {"rejected", 1}}},
@@ -144,6 +168,7 @@ class RunFolderTest : public testing::Test {
     nlohmann::ordered_json series;
     for (const char* key : {"surface", "volume", "odometry_error_m", "estimate_error_m"})
       for (int t = 0; t < 5; ++t) series[key].push_back({1.0 * t, 0.2 * t});
+    series["nees_per_dimension"] = {{1.0, 0.5}, {2.0, 2.0}};
     WriteFileAtomically(folder / "timeseries.json", series.dump());
   }
 

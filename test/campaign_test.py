@@ -4,6 +4,7 @@ import json
 import math
 import os
 import pathlib
+import re
 import resource
 import shutil
 import signal
@@ -11,12 +12,12 @@ import subprocess
 import time
 import unittest
 
-from vog_testing import BIN, IS_SANITIZED, VogTest, config, contents, vog
+from vog_testing import BIN, IS_SANITIZED, VogTest, campaign_tables, config, contents, vog
 
 SUBMAPS = 1 if IS_SANITIZED else 2
 CASES = ("tank", "propeller-walk")
 SEEDS = (1, 2)
-TABLES = ("campaign.json", "campaign.txt")
+TABLES = ("campaign.json", "campaign.txt", "campaign.html")
 
 
 def case(name, mission, *settings):
@@ -69,8 +70,7 @@ class CampaignTest(VogTest):
         return process
 
     def assert_same_tables(self, out):
-        for name in TABLES:
-            self.assertEqual((out / name).read_text(), (self.flown / name).read_text())
+        self.assertEqual(campaign_tables(out), campaign_tables(self.flown))
 
     def numbers(self, name, *keys):
         """One number of each mission of a case."""
@@ -141,7 +141,9 @@ class CampaignTest(VogTest):
         for files in (mine, theirs):
             for name in [name for name in files if name.endswith("timing.json")]:
                 del files[name]
+            del files["campaign.html"]
         self.assertEqual(mine, theirs)
+        self.assert_same_tables(out)
 
     def test_other_seeds_of_the_same_missions(self):
         out = self.scratch / "other-seeds"
@@ -152,6 +154,26 @@ class CampaignTest(VogTest):
         figure = told["cases"][0]["figures"]["rmse_m"]["vog"]
         self.assertEqual((figure["n"], figure["interval_95"]), (1, None))
         self.assertEqual((out / "tank/2/metrics.json").stat().st_mtime_ns, before)
+
+    def test_without_gnuplot_there_is_no_report(self):
+        out = self.scratch / "no-gnuplot"
+        shutil.copytree(self.flown, out)
+        done = vog("campaign", self.file, "--out", out, env={**os.environ, "PATH": "/nosuch"})
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("gnuplot-nox", done.stderr)
+        self.assertFalse((out / "campaign.html").exists())
+        self.assertEqual((out / "campaign.txt").read_text(), (self.flown / "campaign.txt").read_text())
+
+    def test_reports_that_are_kept_are_led_to(self):
+        file, out = self.scratch / "reports.toml", self.scratch / "reports"
+        file.write_text('[campaign]\nname = "<b>&"\nkeep = ["report"]\n' +
+                        case("tank", "tank", "mission.max_submaps=1"))
+        self.run_vog("campaign", file, "--seeds", 3, "--out", out)
+        page = (out / "campaign.html").read_text()
+        self.assertIn("<h1>Campaign &lt;b&gt;&amp;</h1>", page)
+        for link in re.findall(r'href="([^"]+)"', page):
+            self.assertTrue((out / link).is_file(), link)
+        self.assertIn('href="tank/3/report.html"', page)
 
     # --- breaking off ---
 

@@ -3,6 +3,7 @@
 import json
 import os
 import pathlib
+import re
 import shutil
 import socket
 import subprocess
@@ -32,6 +33,13 @@ def contents(folder):
     """All files below `folder`: name -> bytes."""
     return {file.relative_to(folder).as_posix(): file.read_bytes()
             for file in sorted(pathlib.Path(folder).rglob("*")) if file.is_file()}
+
+
+def campaign_tables(folder):
+    """A campaign's tables and its report, but for the planning times: what depends on the missions alone."""
+    report = re.sub(r'<section id="timing".*?</section>', "", (folder / "campaign.html").read_text(),
+                    flags=re.DOTALL)
+    return [(folder / "campaign.json").read_text(), (folder / "campaign.txt").read_text(), report]
 
 
 def free_url():

@@ -8,6 +8,7 @@
 #include "lib/base/errors.h"
 #include "lib/base/files.h"
 #include "lib/evaluation/statistics.h"
+#include "tools/campaign/campaign_report.h"
 #include "tools/launch/child_process.h"
 #include "tools/report/key_figures.h"
 #include "tools/report/run_folder.h"
@@ -192,6 +193,14 @@ std::string ShowWorse(const Json& pair) {
   return text;
 }
 
+std::string CaseName(const Json& one) { return one["name"].get<std::string>(); }
+
+/// How many missions of a case have a result.
+std::string ShowFlown(const Json& one) {
+  const std::size_t all = one["missions"].get<std::size_t>();
+  return std::to_string(all - one["failed"].size()) + " of " + std::to_string(all);
+}
+
 /// A row of the table: what is shown of each case.
 template <class Show>
 Row RowOf(const std::string& label, const Json& cases, Show show) {
@@ -240,14 +249,9 @@ Json SummaryOf(const Campaign& campaign, const std::vector<CaseResults>& results
   return summary;
 }
 
-std::string TableOf(const Json& summary) {
+std::vector<Row> RowsOf(const Json& summary) {
   const Json& cases = summary["cases"];
-  const auto text_of = [](const Json& one) { return one["name"].get<std::string>(); };
-  std::vector<Row> rows = {RowOf("", cases, text_of), RowOf("Missions", cases, [](const Json& one) {
-                             const std::size_t all = one["missions"].get<std::size_t>();
-                             return std::to_string(all - one["failed"].size()) + " of " +
-                                    std::to_string(all);
-                           })};
+  std::vector<Row> rows = {RowOf("", cases, CaseName), RowOf("Missions", cases, ShowFlown)};
   for (const KeyFigure& figure : FiguresOfMetrics())
     rows.push_back(RowOf(figure.label + (figure.unit.empty() ? "" : " [" + figure.unit + "]"),
                          cases, [&](const Json& one) {
@@ -268,22 +272,52 @@ std::string TableOf(const Json& summary) {
     rows.push_back(RowOf(label + ", worse with closures", cases,
                          [&](const Json& one) { return ShowWorse(pair(one)); }));
   }
+  return rows;
+}
+
+std::vector<Row> MapErrorRowsOf(const Json& summary) {
+  std::vector<Row> rows = {
+      {"RMSE [m]", "missions", "with closures", "without closures", "standard global map"}};
+  for (const Json& one : summary["cases"]) {
+    const Json& rmse_m = one["figures"]["rmse_m"];
+    rows.push_back({CaseName(one), ShowFlown(one), ShowMean(rmse_m["vog"], 3),
+                    ShowMean(rmse_m["vog_no_lc"], 3), ShowMean(rmse_m["standard"], 3)});
+  }
+  return rows;
+}
+
+std::vector<Row> ClosureGainRowsOf(const Json& summary) {
+  std::vector<Row> rows = {{"RMSE with closures", ": without", ": standard map", "less without [m]",
+                            "Wilcoxon's p", "worse than without"}};
+  for (const Json& one : summary["cases"]) {
+    const Json& pair = one["closures_against_none"]["rmse_m"];
+    rows.push_back({CaseName(one), ShowRatio(one["ratios"]["rmse_m_vog_to_vog_no_lc"]),
+                    ShowRatio(one["ratios"]["rmse_m_vog_to_standard"]),
+                    ShowMean(pair["difference"], 3), ShowProbability(pair["wilcoxon_p"]),
+                    ShowWorse(pair)});
+  }
+  return rows;
+}
+
+std::string TableOf(const Json& summary) {
   std::string text =
       summary["name"].get<std::string>() + ", seeds " + summary["seeds"]["first"].dump() + " to " +
       summary["seeds"]["last"].dump() + ", vog " + summary["program_version"].get<std::string>() +
       "\nmean ± standard deviation [95 % confidence interval of the mean or ratio]\n\n" +
-      Aligned(rows);
-  for (const Json& one : cases)
+      Aligned(RowsOf(summary));
+  for (const Json& one : summary["cases"])
     for (const Json& failure : one["failed"])
-      text += "\nfailed: " + text_of(one) + ", seed " + failure["seed"].dump() + ": " +
+      text += "\nfailed: " + CaseName(one) + ", seed " + failure["seed"].dump() + ": " +
               failure["error"].get<std::string>() + "\n";
   return text;
 }
 
 Json WriteTables(const CampaignFolder& folder, const Campaign& campaign) {
-  Json summary = SummaryOf(campaign, ReadResults(folder, campaign));
+  const std::vector<CaseResults> results = ReadResults(folder, campaign);
+  Json summary = SummaryOf(campaign, results);
   WriteFileAtomically(folder.path() / "campaign.json", summary.dump(2) + "\n");
   WriteFileAtomically(folder.path() / "campaign.txt", TableOf(summary));
+  WriteCampaignReport(folder, campaign, results, summary);
   return summary;
 }
 

@@ -33,7 +33,17 @@ nlohmann::ordered_json SummaryOf(const Campaign& campaign, const std::vector<Cas
 /// The same as a table to read, a column a case.
 std::string TableOf(const nlohmann::ordered_json& summary);
 
-/// Writes what `folder` holds into its campaign.json and campaign.txt; returns the former.
+/// The rows of that table, the first one with the cases' names.
+std::vector<std::vector<std::string>> RowsOf(const nlohmann::ordered_json& summary);
+
+/// A row a case: the errors of the maps [Ho et al. 2018, Table II], with 95 % intervals.
+std::vector<std::vector<std::string>> MapErrorRowsOf(const nlohmann::ordered_json& summary);
+
+/// A row a case: what loop closures are worth, as ratios of these errors and seed by seed.
+std::vector<std::vector<std::string>> ClosureGainRowsOf(const nlohmann::ordered_json& summary);
+
+/// Writes what `folder` holds into its campaign.json, campaign.txt and campaign.html, the latter
+/// where there is gnuplot; returns the first.
 nlohmann::ordered_json WriteTables(const CampaignFolder& folder, const Campaign& campaign);
 
 }  // namespace vog

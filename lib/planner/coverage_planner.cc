@@ -11,7 +11,7 @@ namespace {
 /// that ends the exploration.
 constexpr int kPlaces = 80, kNewPlaces = 30, kLastPlaces = 20;
 /// Views of the tree looked at in one plan.
-constexpr int kTreeViews = 20;
+constexpr int kTreeViews = 10;
 /// Views whose ways are tested in one plan.
 constexpr int kWays = 12;
 /// A view is done with when less than this share of it is left.

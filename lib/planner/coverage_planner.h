@@ -58,6 +58,7 @@ class CoveragePlanner final : public ViewPlanner {
   /// In space too narrow for the lattice: a tree of random views, with all that it can reach. Some
   /// of them are looked at in each plan.
   ViewPlan GrowTree(const OccupancyMap& map, const CollisionChecker& checker, const Waypoint& at);
+  /// Begins the search that ends the exploration anew.
   void NoteGain();
   std::vector<Waypoint> FirstPartOf(const std::vector<Waypoint>& way) const;
 

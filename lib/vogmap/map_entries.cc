@@ -29,6 +29,20 @@ auto ToStored(const Eigen::MatrixBase<Matrix>& matrix) {
   return numbers;
 }
 
+/// The base that an entry of a submap, or of a flight's beginning, tells of.
+template <class Entry>
+SubmapBase BaseOf(const Entry& entry, std::int64_t utime_us) {
+  SubmapBase base;
+  base.id = static_cast<SubmapId>(entry.id);
+  base.odometry.time = FromUtime(utime_us);
+  base.odometry.origin = entry.origin;
+  base.odometry.segment = entry.segment;
+  base.odometry.X_OB = ToPose(entry.X_OM);
+  base.odometry.covariance = Mat3(entry.covariance_OM.data());
+  base.edge = {ToPose(entry.edge_X_PM), Mat6(entry.edge_covariance.data())};
+  return base;
+}
+
 // --- Writing ---
 
 template <class Numbers>
@@ -211,22 +225,13 @@ SubmapEntry EntryOf(const Submap& submap, const Pose3& X_WM, std::uint32_t octre
 }
 
 SubmapPtr SubmapOf(const SubmapEntry& entry, BrickGrid grid) {
-  auto submap = std::make_shared<Submap>(Submap{.base = {},
-                                                .first_scan = FromUtime(entry.first_utime_us),
-                                                .last_scan = FromUtime(entry.last_utime_us),
-                                                .scans = entry.scans,
-                                                .X_ML = ToPose(entry.X_ML),
-                                                .drift = Mat3(entry.drift.data()),
-                                                .grid = std::move(grid)});
-  submap->base.id = entry.id;
-  submap->base.odometry.time = submap->first_scan;
-  submap->base.odometry.origin = entry.origin;
-  submap->base.odometry.segment = entry.segment;
-  submap->base.odometry.X_OB = ToPose(entry.X_OM);
-  submap->base.odometry.covariance = Mat3(entry.covariance_OM.data());
-  submap->base.edge.X_PM = ToPose(entry.edge_X_PM);
-  submap->base.edge.covariance = Mat6(entry.edge_covariance.data());
-  return submap;
+  return std::make_shared<Submap>(Submap{.base = BaseOf(entry, entry.first_utime_us),
+                                         .first_scan = FromUtime(entry.first_utime_us),
+                                         .last_scan = FromUtime(entry.last_utime_us),
+                                         .scans = entry.scans,
+                                         .X_ML = ToPose(entry.X_ML),
+                                         .drift = Mat3(entry.drift.data()),
+                                         .grid = std::move(grid)});
 }
 
 EndEntry EntryOf(const PlaceInMap& end) {
@@ -251,17 +256,7 @@ PutInEntry EntryOf(const SubmapBase& put_in) {
           .edge_covariance = ToStored(put_in.edge.covariance)};
 }
 
-SubmapBase PutInOf(const PutInEntry& entry) {
-  SubmapBase put_in;
-  put_in.id = static_cast<SubmapId>(entry.id);
-  put_in.odometry.time = FromUtime(entry.utime_us);
-  put_in.odometry.origin = entry.origin;
-  put_in.odometry.segment = entry.segment;
-  put_in.odometry.X_OB = ToPose(entry.X_OM);
-  put_in.odometry.covariance = Mat3(entry.covariance_OM.data());
-  put_in.edge = {ToPose(entry.edge_X_PM), Mat6(entry.edge_covariance.data())};
-  return put_in;
-}
+SubmapBase PutInOf(const PutInEntry& entry) { return BaseOf(entry, entry.utime_us); }
 
 Pose3 ToPose(const StoredPose& stored) {
   const auto& [x, y, z, qx, qy, qz, qw] = stored;

@@ -112,16 +112,23 @@ void ReadGrids(const std::filesystem::path& folder, const std::optional<CompactF
     content.compact = CompactState::kDamaged;
 }
 
-Content ReadContent(const std::filesystem::path& folder, CompactUse use) {
+std::string ReadMapToml(const std::filesystem::path& folder) {
   if (!IsMapFolder(folder))
     throw UsageError(folder.string() + ": no map here: a map is a folder with a map.toml");
+  return ReadFile(folder / kMapToml);
+}
+
+MapEntries ParseMapToml(const std::string& map_toml, const std::filesystem::path& folder) {
+  return FromMapToml(map_toml, (folder / kMapToml).string());
+}
+
+Content ReadContent(const std::filesystem::path& folder, CompactUse use) {
   Content content;
-  content.map_toml = ReadFile(folder / kMapToml);
+  content.map_toml = ReadMapToml(folder);
   std::optional<CompactFile> compact;
   if (use == CompactUse::kAllowed)
     compact = CompactFile::Open(folder / kCompact, content.map_toml, content.compact);
-  content.entries =
-      compact ? compact->entries() : FromMapToml(content.map_toml, (folder / kMapToml).string());
+  content.entries = compact ? compact->entries() : ParseMapToml(content.map_toml, folder);
   ReadGrids(folder, compact, content);
   return content;
 }
@@ -220,6 +227,10 @@ void MapFolderWriter::WriteCompact(const StoredMap& map, const std::string& map_
 
 bool IsMapFolder(const std::filesystem::path& folder) {
   return std::filesystem::is_regular_file(folder / kMapToml);
+}
+
+std::int64_t RunIdOfMap(const std::filesystem::path& folder) {
+  return ParseMapToml(ReadMapToml(folder), folder).map.run_id;
 }
 
 VogMap ToVogMap(const StoredMap& stored) {

@@ -86,6 +86,10 @@ class MapFolderWriter {
 /// True where `folder` holds a map.toml.
 bool IsMapFolder(const std::filesystem::path& folder);
 
+/// The run that the map in a folder is of; its submaps are not read. @throws UsageError when there
+/// is no map, or map.toml is damaged.
+std::int64_t RunIdOfMap(const std::filesystem::path& folder);
+
 /// Whether loading may use the compact file.
 enum class CompactUse { kAllowed, kForbidden };
 

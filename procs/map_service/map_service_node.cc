@@ -26,8 +26,9 @@ std::uint32_t VersionOf(submap_t message) {
   return ContentChecksum(message);
 }
 
-/// Takes over the map of earlier flights, if any, where this one has none yet. A process that is
-/// killed meanwhile does it again.
+/// Takes over the map of earlier flights, if any, where this one has none yet, and gives the
+/// settings back: it comes before all else that a node is made of, so that a map that is refused
+/// leaves no folder behind. A process that is killed meanwhile does it again.
 MapServiceSettings WithEarlierMap(const MapServiceSettings& settings) {
   const MapOptions& options = settings.map;
   if (options.resume.empty() || IsMapFolder(options.directory)) return settings;

@@ -25,10 +25,6 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kReport = "campaign.html";
 constexpr const char* kUnknown = "–";
 
-std::string Wide(const std::string& table_html) {
-  return "<div class=\"wide\">\n" + table_html + "</div>\n";
-}
-
 // --- curves over missions ---
 
 /// A number over time, of several missions: their quartiles at times evenly apart.
@@ -186,7 +182,7 @@ std::string FailuresHtml(const Json& summary) {
     for (const Json& failure : one["failed"])
       rows.push_back({one["name"].get<std::string>(), failure["seed"].dump(),
                       failure["error"].get<std::string>()});
-  return rows.size() > 1 ? Wide(HtmlTable(rows)) : "";
+  return rows.size() > 1 ? HtmlWide(HtmlTable(rows)) : "";
 }
 
 /// A mission's numbers; its seed leads to its report where that is kept.
@@ -221,7 +217,8 @@ std::string MissionsHtml(const CampaignFolder& folder, const Campaign& campaign,
       if (!mission.metrics.is_null())
         rows.push_back(MissionRow(folder, {campaign.cases[c].folder, mission.seed}, results[c].name,
                                   mission.metrics));
-  return rows.size() > 1 ? Wide(HtmlTableOfHtml(rows)) : HtmlMissing("No mission has a result.");
+  return rows.size() > 1 ? HtmlWide(HtmlTableOfHtml(rows))
+                         : HtmlMissing("No mission has a result.");
 }
 
 // --- settings ---
@@ -243,7 +240,7 @@ std::string DifferencesHtml(const Campaign& campaign) {
       rows.push_back(std::move(row));
   }
   if (rows.size() == 1) return HtmlMissing("The cases have the same settings.");
-  return Wide(HtmlTable(rows));
+  return HtmlWide(HtmlTable(rows));
 }
 
 std::string SettingsHtml(const Campaign& campaign) {
@@ -299,12 +296,12 @@ std::string CampaignReport(const CampaignFolder& folder, const Campaign& campaig
   const std::string body =
       "<h1>" + EscapeHtml("Campaign " + campaign.name) + "</h1>\n" + LeadHtml(campaign, summary) +
       HtmlSection("maps", "Error of the maps",
-                  Wide(HtmlTable(MapErrorRowsOf(summary))) +
-                      Wide(HtmlTable(ClosureGainRowsOf(summary))) + FailuresHtml(summary)) +
+                  HtmlWide(HtmlTable(MapErrorRowsOf(summary))) +
+                      HtmlWide(HtmlTable(ClosureGainRowsOf(summary))) + FailuresHtml(summary)) +
       HtmlSection("errors", "Mission by mission", ErrorsHtml(results)) +
       HtmlSection("progress", "Coverage", CoverageHtml(curves)) +
       HtmlSection("timing", "Planning time", PlanningHtml(curves)) +
-      HtmlSection("figures", "All figures", Wide(HtmlTable(RowsOf(summary)))) +
+      HtmlSection("figures", "All figures", HtmlWide(HtmlTable(RowsOf(summary)))) +
       HtmlSection("missions", "Missions", MissionsHtml(folder, campaign, results)) +
       HtmlSection("settings", "Settings in which the cases differ", SettingsHtml(campaign)) +
       HtmlSection("reproduce", "The same again", ReproduceHtml(campaign));

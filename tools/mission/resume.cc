@@ -75,7 +75,7 @@ Pose3 PutIn(const Config& config, const Pose3& place, std::uint64_t seed) {
 EarlierRun FindEarlierRun(const fs::path& path) {
   EarlierRun run;
   run.map = IsMapFolder(path / "map") ? path / "map" : path;
-  const std::int64_t run_id = LoadMapFolder(run.map).map.run_id;  // Throws where there is none.
+  const std::int64_t run_id = RunIdOfMap(run.map);  // Throws where there is none.
   const fs::path folder = fs::weakly_canonical(run.map).parent_path();
   const fs::path log = folder / "lcm.log", earlier = folder / kEarlier;
   if (!fs::is_regular_file(log)) return run;

@@ -62,9 +62,8 @@ std::string SpreadTable(const std::vector<Group>& groups) {
     }
     rows.push_back(std::move(row));
   }
-  return "<p>Mean ± standard deviation over the runs of a scene and mode.</p>\n<div "
-         "class=\"wide\">\n" +
-         HtmlTable(rows) + "</div>\n";
+  return "<p>Mean ± standard deviation over the runs of a scene and mode.</p>\n" +
+         HtmlWide(HtmlTable(rows));
 }
 
 /// One line a run, one colour and one entry in the key a group.
@@ -122,7 +121,7 @@ std::string RunTable(const std::vector<Group>& groups) {
                       show(*run, "/rmse_m/vog", 3), show(*run, "/rmse_m/vog_no_lc", 3),
                       show(*run, "/rmse_m/standard", 3), show(*run, "/coverage/surface", 3, 100),
                       show(*run, "/collisions", 6), TextAt(run->metrics, "/end_reason")});
-  return "<div class=\"wide\">\n" + HtmlTable(rows) + "</div>\n";
+  return HtmlWide(HtmlTable(rows));
 }
 
 }  // namespace

@@ -34,6 +34,18 @@ bool HasGnuplot();
 /// A line of a data file. What is not finite becomes NaN, which gnuplot leaves out.
 std::string DataLine(std::initializer_list<double> numbers);
 
+/// Lines `x y value` of an image's cells, row by row: `x_of` a column, `y_of` a row, `value_of` a
+/// cell's number in that order.
+template <class XOf, class YOf, class ValueOf>
+std::string ImageData(int columns, int rows, XOf x_of, YOf y_of, ValueOf value_of) {
+  std::string text;
+  std::size_t cell = 0;
+  for (int row = 0; row < rows; ++row)
+    for (int column = 0; column < columns; ++column)
+      text += DataLine({x_of(column), y_of(row), static_cast<double>(value_of(cell++))});
+  return text;
+}
+
 /// `text` as a string of gnuplot's, in quotes.
 std::string PlotText(std::string_view text);
 

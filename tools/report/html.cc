@@ -132,6 +132,10 @@ std::string HtmlTable(const std::vector<std::vector<std::string>>& rows,
   return HtmlTableOfHtml(rows_html, css_class);
 }
 
+std::string HtmlWide(const std::string& table_html) {
+  return "<div class=\"wide\">\n" + table_html + "</div>\n";
+}
+
 std::string HtmlLink(std::string_view href, std::string_view text) {
   return "<a href=\"" + EscapeHtml(href) + "\">" + EscapeHtml(text) + "</a>";
 }

@@ -33,6 +33,9 @@ std::string HtmlTable(const std::vector<std::vector<std::string>>& rows,
 std::string HtmlTableOfHtml(const std::vector<std::vector<std::string>>& rows_html,
                             std::string_view css_class = "");
 
+/// Lets a table scroll by itself where the page is narrower.
+std::string HtmlWide(const std::string& table_html);
+
 /// A text that leads to another file. @pre `href` is a relative path without special characters.
 std::string HtmlLink(std::string_view href, std::string_view text);
 

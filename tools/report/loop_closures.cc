@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "lib/messages/graph_edges.h"
 #include "lib/submap/sensor_model.h"
@@ -77,7 +76,7 @@ std::string FreeText(const RunFolder& run, const TriedClosure& closure) {
   for (int i = 1; i >= 0; --i) {
     if (!(plane.eigenvalues()[i] > 0.5)) continue;
     const Eigen::Vector2d d = plane.eigenvectors().col(i);
-    const double heading_deg = std::atan2(d.y(), d.x()) * 180 / std::numbers::pi;
+    const double heading_deg = ToDegrees(std::atan2(d.y(), d.x()));
     text += (text.empty() ? "" : ", ") +
             Fixed(heading_deg < 0 ? heading_deg + 180 : heading_deg, 0) + "°";
   }
@@ -90,7 +89,7 @@ std::vector<std::string> CorrectionText(const TriedClosure& closure) {
   const auto correction = CorrectionOf(closure);
   if (!correction) return {kUnknown, kUnknown};
   const double turn_rad = Log(*correction).tail<3>().norm();
-  return {Fixed(correction->translation().norm(), 3), Fixed(turn_rad * 180 / std::numbers::pi, 2)};
+  return {Fixed(correction->translation().norm(), 3), Fixed(ToDegrees(turn_rad), 2)};
 }
 
 std::string FateText(const TriedClosure& closure) {
@@ -120,15 +119,12 @@ class OverlayGrid {
 
   /// Lines `x y owner`, NaN where nobody is.
   std::string ToImage() const {
-    std::string text;
-    std::size_t i = 0;
-    for (int row = 0; row < side_; ++row)
-      for (int column = 0; column < side_; ++column) {
-        const int owner = owners_[i++];
-        text += DataLine({min_.x() + (column + 0.5) * cell_m_, min_.y() + (row + 0.5) * cell_m_,
-                          owner == 0 ? std::numeric_limits<double>::quiet_NaN() : owner});
-      }
-    return text;
+    return ImageData(
+        side_, side_, [this](int column) { return min_.x() + (column + 0.5) * cell_m_; },
+        [this](int row) { return min_.y() + (row + 0.5) * cell_m_; },
+        [this](std::size_t i) {
+          return owners_[i] == 0 ? std::numeric_limits<double>::quiet_NaN() : owners_[i];
+        });
   }
 
  private:
@@ -259,7 +255,7 @@ std::string WideTable(std::vector<std::string> head, const std::vector<TriedClos
                       RowOf row_of) {
   std::vector<std::vector<std::string>> rows = {std::move(head)};
   for (const TriedClosure& closure : closures) rows.push_back(row_of(closure));
-  return "<div class=\"wide\">\n" + HtmlTable(rows) + "</div>\n";
+  return HtmlWide(HtmlTable(rows));
 }
 
 std::string JoinedTable(const RunFolder& run, const std::vector<TriedClosure>& joined) {

@@ -94,17 +94,16 @@ class ColumnGrid {
 
   /// Lines `right up metres`: how much is occupied; NaN where nothing is known.
   std::string ToImage(double voxel_size_m) const {
-    std::string text;
-    std::size_t i = 0;
-    for (int row = 0; row < rows_; ++row)
-      for (int column = 0; column < columns_; ++column) {
-        const int count = occupied_[i++];
-        text += DataLine(
-            {(Coordinate(min_, view_.right) + column + 0.5) * voxel_size_m,
-             (Coordinate(min_, view_.up) + row + 0.5) * voxel_size_m,
-             count == kUnknown ? std::numeric_limits<double>::quiet_NaN() : count * voxel_size_m});
-      }
-    return text;
+    const auto center_m = [&](int axis, int cell) {
+      return (Coordinate(min_, axis) + cell + 0.5) * voxel_size_m;
+    };
+    return ImageData(
+        columns_, rows_, [&](int column) { return center_m(view_.right, column); },
+        [&](int row) { return center_m(view_.up, row); },
+        [&](std::size_t i) {
+          return occupied_[i] == kUnknown ? std::numeric_limits<double>::quiet_NaN()
+                                          : occupied_[i] * voxel_size_m;
+        });
   }
 
   /// What all but few of the occupied columns stay under.

@@ -48,13 +48,10 @@ class AreaGrid {
   }
 
   std::string ToImage() const {
-    std::string text;
-    std::size_t i = 0;
-    for (int row = 0; row < rows_; ++row)
-      for (int column = 0; column < columns_; ++column)
-        text += DataLine({min_right_ + (column + 0.5) * cell_m_, min_up_ + (row + 0.5) * cell_m_,
-                          ShadeOf(area_m2_[i++] / (cell_m_ * cell_m_))});
-    return text;
+    return ImageData(
+        columns_, rows_, [this](int column) { return min_right_ + (column + 0.5) * cell_m_; },
+        [this](int row) { return min_up_ + (row + 0.5) * cell_m_; },
+        [this](std::size_t i) { return ShadeOf(area_m2_[i] / (cell_m_ * cell_m_)); });
   }
 
  private:

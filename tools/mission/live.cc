@@ -78,17 +78,19 @@ void WaitUntilComplete(LcmBus& bus, ProcessGroup& processes, const Recorder& rec
   const Stopwatch stopwatch;
   ProgressBar bar;
   std::optional<Stopwatch> finished;
-  while (!recorder.progress().is_complete) {
+  const RunProgress& progress = recorder.progress();
+  // A lost MISSION_STATUS is said again; the log needs the one that tells the end's reason.
+  while (!progress.is_complete || progress.state != "finished") {
     if (stop) throw SystemError("stopped");
     bus.RunFor(kTendPeriod);
     processes.Tend();
-    const RunProgress& progress = recorder.progress();
     bar.Show(static_cast<double>(progress.submaps) / max_submaps,
              ProgressText(progress, max_submaps, stopwatch.seconds()));
-    if (progress.state == "finished" && !finished) finished.emplace();
+    if (!finished && (progress.is_complete || progress.state == "finished")) finished.emplace();
     if (finished && finished->seconds() > kMaxFinish_s)
-      throw SystemError(progress.map_fault.empty() ? "the map was not completed"
-                                                   : progress.map_fault);
+      throw SystemError(!progress.map_fault.empty() ? progress.map_fault
+                        : progress.is_complete      ? "the planner does not tell how it ended"
+                                                    : "the map was not completed");
   }
 }
 

@@ -12,6 +12,7 @@ import subprocess
 import time
 import unittest
 
+from browser_testing import Browser
 from vog_testing import BIN, IS_SANITIZED, VogTest, campaign_tables, config, contents, vog
 
 SUBMAPS = 1 if IS_SANITIZED else 2
@@ -174,6 +175,34 @@ class CampaignTest(VogTest):
         for link in re.findall(r'href="([^"]+)"', page):
             self.assertTrue((out / link).is_file(), link)
         self.assertIn('href="tank/3/report.html"', page)
+
+    @unittest.skipIf(shutil.which("chromium") is None, "needs chromium")
+    def test_reports_in_a_browser(self):
+        """Campaign and mission, wide and narrow: nothing fails to load, all pictures are there."""
+        file, out = self.scratch / "looked-at.toml", self.scratch / "looked-at"
+        file.write_text('[campaign]\nname = "looked at"\nkeep = ["report"]\n' +
+                        case("tank", "tank", "mission.max_submaps=3"))
+        self.run_vog("campaign", file, "--seeds", "1..2", "--out", out)
+        browser = Browser()
+        self.addCleanup(browser.close)
+        for width in 1440, 390:
+            page = browser.open((out / "campaign.html").as_uri(), width=width)
+            self.check_looks(page, "Campaign looked at", pictures=3)
+            page.click(selector='a[href="tank/2/report.html"]')
+            page.wait("document.querySelector('h1').textContent.includes('tank')")
+            self.check_looks(page, "tank", pictures=5)
+
+    def check_looks(self, page, heading, pictures):
+        self.assertIn(heading, page.run("document.querySelector('h1').textContent"))
+        images = page.run("""[...document.querySelectorAll('img, svg')].map((image) =>
+            image.complete === false || image.naturalWidth === 0 ? 0 : image.getBoundingClientRect().width)""")
+        self.assertGreaterEqual(len(images), pictures)
+        self.assertGreater(min(images), 0)
+        self.assertLessEqual(page.run("document.documentElement.scrollWidth - window.innerWidth"), 0)
+        # It is whole: nothing comes from elsewhere.
+        self.assertEqual(page.run("performance.getEntriesByType('resource').filter((r) => "
+                                  "!r.name.startsWith('data:')).map((r) => r.name)"), [])
+        self.assertEqual(page.faults(), [])
 
     # --- breaking off ---
 

@@ -24,7 +24,7 @@ DRAWN = {
 PLAIN = {
     "RUN": "vogmap.Run", "SONAR_RETURNS": "vogmap.SonarReturns", "SUBMAP": "vogmap.Chunk",
     "MAP_STATUS": "vogmap.MapStatus", "MISSION_STATUS": "vogmap.MissionStatus",
-    "CONTROL": "vogmap.Control", "VEHICLE_COMMAND": "vogmap.Control"}
+    "REVISITS": "vogmap.Revisits", "CONTROL": "vogmap.Control", "VEHICLE_COMMAND": "vogmap.Control"}
 
 
 def ask_reader(command, path):

@@ -14,6 +14,7 @@
 #include "vog/operator_command_t.hpp"
 #include "vog/plan_t.hpp"
 #include "vog/pose_estimate_t.hpp"
+#include "vog/revisits_t.hpp"
 #include "vog/run_t.hpp"
 #include "vog/scan_t.hpp"
 #include "vog/sonar_frame_t.hpp"
@@ -50,6 +51,7 @@ inline constexpr Channel<scan_t> kScan{"SCAN"};
 inline constexpr Channel<chunk_t> kSubmap{"SUBMAP"};  // Parts of a submap_t.
 inline constexpr Channel<submap_poses_t> kSubmapPoses{"SUBMAP_POSES"};
 inline constexpr Channel<graph_t> kGraph{"GRAPH"};
+inline constexpr Channel<revisits_t> kRevisits{"REVISITS"};
 inline constexpr Channel<pose_estimate_t> kPose{"POSE"};
 inline constexpr Channel<plan_t> kPlan{"PLAN"};
 inline constexpr Channel<mission_status_t> kMissionStatus{"MISSION_STATUS"};
@@ -69,9 +71,9 @@ void ForEachChannel(const Use& use) {
   for_each(inputs::kRun, inputs::kVehicleNav, inputs::kDvl, inputs::kImu, inputs::kDepth,
            inputs::kSonarReturns, inputs::kSonarFrame, inputs::kTruth);
   for_each(outputs::kNav, outputs::kScan, outputs::kSubmap, outputs::kSubmapPoses, outputs::kGraph,
-           outputs::kPose, outputs::kPlan, outputs::kMissionStatus, outputs::kOperator,
-           outputs::kControl, outputs::kVehicleCommand, outputs::kMapStatus, outputs::kMapRequest,
-           outputs::kMapReply, outputs::kStatus);
+           outputs::kRevisits, outputs::kPose, outputs::kPlan, outputs::kMissionStatus,
+           outputs::kOperator, outputs::kControl, outputs::kVehicleCommand, outputs::kMapStatus,
+           outputs::kMapRequest, outputs::kMapReply, outputs::kStatus);
 }
 
 /// The channels of `inputs`, without their package's outputs, as one regular expression.

@@ -19,11 +19,18 @@ constexpr Duration kPlanTimeout = std::chrono::seconds(60);
 constexpr double kHistoryStep_m = 0.5;
 constexpr double kHistoryStep_rad = 0.5;
 constexpr double kRevisitProgress_m = 0.3;
+/// A visit that brings no submap about ends after the time that so many take.
+constexpr double kMaxVisitSubmaps = 4;
+/// A loop was closed when less than this share of what was expected is still to be gained.
+constexpr double kStillToGain = 0.5;
+/// Submaps that may fail to: the first was begun on the way.
+constexpr int kSubmapsOfAVisit = 3;
 constexpr Duration kHoldTime = std::chrono::seconds(2);
 constexpr int kMaxFailures = 30;
 /// The vehicle is at home when it is this near.
 constexpr double kHome_m = 0.5;
-constexpr int kPlacesAtHome = 20;
+/// Places near a goal that a way is looked for to.
+constexpr int kPlacesTried = 20;
 constexpr const char* kNothingToGain = "nothing_to_gain";
 // Share of what was unseen at the last second look at home, to look once more.
 constexpr double kLessUnseen = 0.9;
@@ -58,6 +65,7 @@ void Explorer::SetRules(const PlannerOptions& options, const ExplorationOptions&
     const Vec3 first_W = bubbles_.front().center_W_m, start_W = bubbles_.back().center_W_m;
     SetStart(first_W, start_W);
   }
+  revisits_.emplace(options.revisit_share, limits_);
   routes_ = std::make_unique<Routes>(options, limits_, box_W_);
   planner_ = MakeViewPlanner(options, limits_, sonar_, box_W_, mission_.seed);
   if (state_ != ExplorerState::kFinished) plan_.reset();
@@ -96,6 +104,8 @@ const Plan* Explorer::Update(const OccupancyMap& map, const Pose3& X_WB, Time no
   if (state_ == ExplorerState::kFinished) return nullptr;
   const Waypoint at = WaypointOf(X_WB);
   const std::int64_t before = plans_;
+  now_ = now;
+  submaps_ = submaps;
   Remember(at);
   SpendBudget(at, now, submaps);
   if (!Hold(hold, at) && state_ != ExplorerState::kFinished) {
@@ -135,6 +145,7 @@ void Explorer::EndWith(const std::string& reason, bool goes_home) {
   if (state_ == ExplorerState::kFinished || !last_at_) return;
   if (end_reason_.empty()) end_reason_ = reason;
   planner_->Forget();
+  visit_.reset();
   failures_ = 0;
   if (!goes_home || !home_W_) {
     Finish(*last_at_);
@@ -145,7 +156,7 @@ void Explorer::EndWith(const std::string& reason, bool goes_home) {
 }
 
 void Explorer::LookAround(const OccupancyMap& map, const Waypoint& at, Time now) {
-  if (state_ != ExplorerState::kExploring) return;
+  if (state_ != ExplorerState::kExploring && state_ != ExplorerState::kLocalising) return;
   if (looked_at_ && now - *looked_at_ < kLookPeriod) return;
   looked_at_ = now;
   planner_->Look(map, at);
@@ -169,6 +180,7 @@ bool Explorer::NeedsPlan(const OccupancyMap& map, const Waypoint& at, Time now) 
   if (!plan_ || kind_ == PlanKind::kSearch || now - planned_at_ > kPlanTimeout) return true;
   if (kind_ == PlanKind::kHold) return now - planned_at_ > kHoldTime;
   if (HasReached(at)) return true;
+  if (visit_ && visit_->arrived && IsVisitOver()) return true;
   // The way back was flown before; the map that says otherwise has moved.
   if (kind_ == PlanKind::kWayBack || now - checked_at_ < kCheckPeriod) return false;
   checked_at_ = now;
@@ -206,6 +218,7 @@ bool Explorer::IsBlocked(const OccupancyMap& map, const Waypoint& at) const {
 
 void Explorer::MakePlan(const OccupancyMap& map, const Waypoint& at) {
   bool found = false;
+  if (state_ == ExplorerState::kLocalising) found = Localise(map, at);
   if (state_ == ExplorerState::kExploring) found = Explore(map, at);
   if (state_ == ExplorerState::kRevisiting) found = Revisit(map, at);
   if (state_ == ExplorerState::kReturning) found = ReturnHome(map, at);
@@ -252,6 +265,7 @@ std::optional<CollisionChecker> Explorer::CheckerFor(const OccupancyMap& map, co
 bool Explorer::Explore(const OccupancyMap& map, const Waypoint& at) {
   const auto checker = CheckerFor(map, at);
   if (!checker) return false;
+  if (BeginVisit(map, *checker, at)) return Localise(map, at);
   ViewPlan found = planner_->Plan(map, *checker, at);
   switch (found.outcome) {
     case ViewPlan::Outcome::kGo:
@@ -307,25 +321,109 @@ bool Explorer::ReturnHome(const OccupancyMap& map, const Waypoint& at) {
       state_ = ExplorerState::kExploring;
       end_reason_.clear();
       if (Explore(map, at)) return true;
-      if (state_ == ExplorerState::kExploring) return false;
+      if (state_ != ExplorerState::kReturning) return false;
     }
+    const auto checker = CheckerFor(map, at);
+    if (checker && end_reason_ == kNothingToGain && BeginVisit(map, *checker, at))
+      return Localise(map, at);
     is_home_ = true;
     Finish(at);
     return true;
   }
   const auto checker = CheckerFor(map, at);
   if (!checker || ways_home_ == kMaxWaysHome) return false;
-  routes_->Search(map, *checker, at);
-  for (int tries = 0; tries < kPlacesAtHome; ++tries) {
-    const auto home = routes_->ReachedNear(*home_W_, kHome_m);
-    if (!home) return false;
-    auto way = routes_->RouteTo(map, *checker, *home, at.yaw_rad);
-    if (!way) continue;
-    ++ways_home_;
-    SetPlan(std::move(*way), PlanKind::kPath);
-    return true;
+  auto way = WayTo(map, *checker, at, {*home_W_, at.yaw_rad}, kHome_m, kAllHeadings);
+  if (!way) return false;
+  ++ways_home_;
+  SetPlan(std::move(*way), PlanKind::kPath);
+  return true;
+}
+
+std::optional<std::vector<Waypoint>> Explorer::WayTo(const OccupancyMap& map,
+                                                     const CollisionChecker& checker,
+                                                     const Waypoint& at, const Waypoint& goal,
+                                                     double near_m, HeadingSet headings) {
+  routes_->Search(map, checker, at);
+  for (int tries = 0; tries < kPlacesTried; ++tries) {
+    const auto place = routes_->ReachedNear(goal.position_W_m, near_m, headings);
+    if (!place) return std::nullopt;
+    if (auto way = routes_->RouteTo(map, checker, *place, goal.yaw_rad)) return way;
   }
-  return false;
+  return std::nullopt;
+}
+
+bool Explorer::BeginVisit(const OccupancyMap& map, const CollisionChecker& checker,
+                          const Waypoint& at) {
+  const FlightTime time = TimeSpent();
+  if (!revisits_->IsWorthASearch(at, time)) return false;
+  routes_->Search(map, checker, at);
+  const auto place = revisits_->Best(*routes_, time);
+  if (!place) return false;
+  revisits_->NoteTried(place->submap, time);
+  visit_ = Visit{*place, state_, now_};
+  state_ = ExplorerState::kLocalising;
+  return true;
+}
+
+FlightTime Explorer::TimeSpent() const {
+  const double all_s = ToSeconds(now_ - *started_at_);
+  return {all_s, visits_s_, all_s / std::max(1, submaps_)};
+}
+
+bool Explorer::Localise(const OccupancyMap& map, const Waypoint& at) {
+  const auto checker = CheckerFor(map, at);
+  if (!checker) return false;
+  const Waypoint& first = visit_->place.first;
+  const bool is_there =
+      LengthOf(at, first) < kRevisitNear_m + options_.goal_tolerance_m &&
+      std::abs(WrapAngle(first.yaw_rad - at.yaw_rad)) < options_.goal_tolerance_rad;
+  if (!visit_->arrived && !is_there) {
+    auto way = WayTo(map, *checker, at, first, kRevisitNear_m, 1u << HeadingOfYaw(first.yaw_rad));
+    if (way) {
+      // The lattice ends beside the place; the vehicle fitted there once.
+      if (checker->IsEdgeFree(map, way->back(), first)) way->push_back(first);
+      SetPlan(std::move(*way), PlanKind::kPath);
+    } else {
+      EndVisit();
+    }
+    return way.has_value();
+  }
+  if (!visit_->arrived) {
+    visit_->arrived = now_;
+    visit_->submaps_at_arrival = submaps_;
+  }
+  if (IsVisitOver()) {
+    EndVisit();
+    return false;
+  }
+  SetSweep(map, *checker, at);
+  return true;
+}
+
+bool Explorer::IsVisitOver() const {
+  const auto& [submap, first, last, gain] = visit_->place;
+  return revisits_->GainOf(submap) < kStillToGain * gain ||
+         submaps_ - visit_->submaps_at_arrival >= kSubmapsOfAVisit ||
+         ToSeconds(now_ - *visit_->arrived) > kMaxVisitSubmaps * TimeSpent().submap_s;
+}
+
+void Explorer::SetSweep(const OccupancyMap& map, const CollisionChecker& checker,
+                        const Waypoint& at) {
+  const auto& [submap, first, last, gain] = visit_->place;
+  const bool is_far = LengthOf(first, last) > options_.goal_tolerance_m;
+  if (is_far && checker.IsEdgeFree(map, at, last) && checker.IsEdgeFree(map, last, at)) {
+    SetPlan({at, last, {at.position_W_m, first.yaw_rad}}, PlanKind::kPath);
+    return;
+  }
+  const Waypoint turned{at.position_W_m, first.yaw_rad};
+  SetPlan(checker.IsEdgeFree(map, at, turned) ? std::vector{at, turned} : std::vector{at},
+          PlanKind::kHold);
+}
+
+void Explorer::EndVisit() {
+  visits_s_ += ToSeconds(now_ - visit_->began);
+  state_ = visit_->then;
+  visit_.reset();
 }
 
 bool Explorer::Revisit(const OccupancyMap& map, const Waypoint& at) {

@@ -9,6 +9,7 @@
 
 #include "lib/base/time.h"
 #include "lib/planner/mission_options.h"
+#include "lib/planner/revisit_choice.h"
 #include "lib/planner/routes.h"
 #include "lib/planner/view_planner.h"
 #include "lib/scan/sonar.h"
@@ -29,7 +30,13 @@ struct Unseen {
   std::int64_t in_vain = 0;  ///< Of these, looked at for so long that they cannot be seen.
 };
 
-enum class ExplorerState { kExploring, kRevisiting, kReturning, kFinished };
+enum class ExplorerState {
+  kExploring,
+  kLocalising,  ///< Sees an earlier submap again, to close a loop.
+  kRevisiting,
+  kReturning,
+  kFinished,
+};
 
 /// The exploration as a machine that is told poses and says where to go: it asks a planner of views
 /// for the next path, watches it while it is flown, and when no view gains anything or a budget is
@@ -74,6 +81,9 @@ class Explorer {
   /// Goes on by other rules and in another box. What the planner remembers of views is lost.
   void SetRules(const PlannerOptions& options, const ExplorationOptions& exploration);
 
+  /// What is worth being seen again, instead of what was.
+  void SetRevisits(std::vector<RevisitPlace> places) { revisits_->Offer(std::move(places)); }
+
   /// Ends the exploration: goes home, or stays when `goes_home` is false.
   void EndWith(const std::string& reason, bool goes_home);
 
@@ -83,6 +93,15 @@ class Explorer {
     kWayBack,  ///< Out of a place that the map has closed; not tested.
     kHold,     ///< Stay for a while.
     kSearch,   ///< Stay until the planner has looked at all places.
+  };
+
+  /// On the way to a submap's place, or there.
+  struct Visit {
+    RevisitPlace place;
+    ExplorerState then;
+    Time began;
+    std::optional<Time> arrived = {};
+    int submaps_at_arrival = 0;
   };
 
   bool Hold(const std::string& reason, const Waypoint& at);
@@ -95,8 +114,22 @@ class Explorer {
   bool IsBlocked(const OccupancyMap& map, const Waypoint& at) const;
   void MakePlan(const OccupancyMap& map, const Waypoint& at);
   bool Explore(const OccupancyMap& map, const Waypoint& at);
+  /// Begins to see a submap again if that is worth its time.
+  bool BeginVisit(const OccupancyMap& map, const CollisionChecker& checker, const Waypoint& at);
+  /// The next path of a visit; false when there is none, or it is over.
+  bool Localise(const OccupancyMap& map, const Waypoint& at);
+  /// To and fro where the submap was made.
+  void SetSweep(const OccupancyMap& map, const CollisionChecker& checker, const Waypoint& at);
+  bool IsVisitOver() const;
+  void EndVisit();
+  FlightTime TimeSpent() const;
   bool Revisit(const OccupancyMap& map, const Waypoint& at);
   bool ReturnHome(const OccupancyMap& map, const Waypoint& at);
+  /// A way to `goal`, or near it, and a turn to its heading.
+  std::optional<std::vector<Waypoint>> WayTo(const OccupancyMap& map,
+                                             const CollisionChecker& checker, const Waypoint& at,
+                                             const Waypoint& goal, double near_m,
+                                             HeadingSet headings);
   /// Whether to plan once more, at home, after nothing was left to gain elsewhere: on the way the
   /// map has moved, and the vehicle may know better where it is, so that passages are open that
   /// were not. Each time that less is unseen than the time before.
@@ -129,6 +162,9 @@ class Explorer {
   CollisionChecker checker_;
   std::unique_ptr<ViewPlanner> planner_;
   std::unique_ptr<Routes> routes_;
+  std::optional<RevisitChoice> revisits_;
+  std::optional<Visit> visit_;
+  double visits_s_ = 0;  // All that are over.
 
   ExplorerState state_ = ExplorerState::kExploring;
   std::string end_reason_, hold_;
@@ -137,7 +173,8 @@ class Explorer {
   bool is_home_ = false;
   std::optional<Plan> plan_;
   PlanKind kind_ = PlanKind::kHold;
-  Time planned_at_, checked_at_;
+  Time now_, planned_at_, checked_at_;
+  int submaps_ = 0;
   std::optional<Time> looked_at_;
   std::vector<FreeBubble> bubbles_;  // Around the starts, the first one's at first.
   std::optional<Time> started_at_;

@@ -304,6 +304,67 @@ TEST_F(CoverageTest, ExploresAClosedRoomAndComesHome) {
   EXPECT_EQ(Update(100), nullptr);
 }
 
+/// Offers a submap that was made at the start, and counts what becomes of it.
+class LocalisingTest : public CoverageTest {
+ protected:
+  /// Flies to the end; while it localises, submaps are made if `closes`.
+  void FlyOffered(double gain, bool closes = true) {
+    constexpr int kMostSteps = 4000;
+    ExplorerState before = explorer_->state();
+    for (int i = 0; i < kMostSteps && explorer_->state() != ExplorerState::kFinished; ++i) {
+      explorer_->SetRevisits({{0, kStart, kStart, gain}});
+      Step();
+      const bool is_there = ToStart_m() < 0.2 && std::abs(WrapAngle(at_.yaw_rad)) < 0.15;
+      const bool localises = explorer_->state() == ExplorerState::kLocalising;
+      localising_s_ += localises ? 0.5 : 0;
+      visits_ += localises && before != ExplorerState::kLocalising;
+      seen_again_ += localises && is_there;
+      before = explorer_->state();
+      if (i % 20 == 0 && (closes || !localises)) ++submaps_;
+    }
+    EXPECT_EQ(explorer_->state(), ExplorerState::kFinished);
+    EXPECT_EQ(explorer_->end_reason(), "nothing_to_gain");
+  }
+
+  int visits_ = 0, seen_again_ = 0;
+  double localising_s_ = 0;
+};
+
+TEST_F(LocalisingTest, SeesASubmapAgainAndGoesOn) {
+  options_.revisit_share = 0.3;
+  Restart();
+  FlyOffered(0.9);
+  EXPECT_GE(visits_, 1);
+  EXPECT_GT(seen_again_, 20) << "it stays for a whole submap";
+  EXPECT_LT(localising_s_, 0.35 * ToSeconds(now_.time_since_epoch()));
+  EXPECT_LT(UnknownShare(), 0.02);
+  EXPECT_TRUE(explorer_->is_home());
+}
+
+TEST_F(LocalisingTest, DoesNotWaitForeverForASubmap) {
+  options_.revisit_share = 0.3;
+  Restart();
+  FlyOffered(0.9, /*closes=*/false);
+  EXPECT_GE(visits_, 1);
+  EXPECT_LT(UnknownShare(), 0.02);
+}
+
+TEST_F(LocalisingTest, WithoutAShareOfTheTimeIsThePlainExplorer) {
+  options_.revisit_share = 0;
+  Restart();
+  FlyOffered(0.9);
+  EXPECT_EQ(visits_, 0);
+  const Time end = now_;
+  const Waypoint at = at_;
+  now_ = Time{};
+  submaps_ = 0;
+  Restart();
+  route_.clear();
+  FlyOffered(0);
+  EXPECT_EQ(now_, end);
+  EXPECT_EQ(at_.position_W_m, at.position_W_m);
+}
+
 TEST_F(CoverageTest, GoesHomeWithItsBudgets) {
   mission_.max_distance_m = 4;
   Restart();

@@ -121,6 +121,7 @@ struct PlannerOptions {
   double uncertainty_sigmas = 2;
   double max_uncertainty_m = 0.6;
   double bubble_radius_m = 1.2;
+  double revisit_share = 0.15;
   double goal_tolerance_m = 0.15;
   double goal_tolerance_rad = 0.1;
 
@@ -155,6 +156,9 @@ struct PlannerOptions {
     v("bubble_radius_m", bubble_radius_m, Between(0, 100),
       "unknown space taken for free at the start: what a turn on the spot needs, and the rest "
       "where the sonar has looked");
+    v("revisit_share", revisit_share, Between(0, 1),
+      "most of the mission's time that may go into seeing earlier submaps again, where a loop "
+      "closure would make the map more certain; 0: none");
     v("goal_tolerance_m", goal_tolerance_m, Between(0.01, 5), "an edge is done this near its end");
     v("goal_tolerance_rad", goal_tolerance_rad, Between(0.01, 3), "and turned this near to it");
   }

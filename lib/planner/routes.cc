@@ -166,12 +166,13 @@ std::optional<std::vector<Waypoint>> Routes::RouteTo(const OccupancyMap& map,
   return straight;
 }
 
-std::optional<int> Routes::ReachedNear(const Vec3& p_W, double radius_m) const {
+std::optional<int> Routes::ReachedNear(const Vec3& p_W, double radius_m,
+                                       HeadingSet headings) const {
   std::optional<int> nearest;
   double least_m = radius_m;
   for (std::size_t i = 0; i < reached_.size(); ++i) {
     const double away_m = (PositionOf(reached_[i]) - p_W).norm();
-    if (away_m >= least_m) continue;
+    if (away_m >= least_m || (reached_[i].arc & headings) == 0) continue;
     least_m = away_m;
     nearest = static_cast<int>(i);
   }

@@ -38,8 +38,10 @@ class Routes {
   std::optional<std::vector<Waypoint>> RouteTo(const OccupancyMap& map,
                                                const CollisionChecker& checker, int index,
                                                double yaw_rad);
-  /// Which of reached() is nearest to a point, within `radius_m`; nothing when none is.
-  std::optional<int> ReachedNear(const Vec3& p_W, double radius_m) const;
+  /// Which of reached() is nearest to a point, within `radius_m`, of those with one of `headings`;
+  /// nothing when none is.
+  std::optional<int> ReachedNear(const Vec3& p_W, double radius_m,
+                                 HeadingSet headings = kAllHeadings) const;
 
   /// The lattice, as the last search saw it.
   const FreePlaces& free_places() const { return free_; }

@@ -251,7 +251,31 @@ void Slam::KeepIfNeeded(SubmapId newest) {
     others.push_back(other.get());
     X_ik.push_back(PredictedX_ik(id, newest));
   }
-  if (!IsNeeded(settings_.loop_closure, others, shape, X_ik)) shapes_.erase(newest);
+  if (!IsNeeded(settings_.loop_closure, others, shape, X_ik)) {
+    shapes_.erase(newest);
+  } else if (const auto information = OwnInformation(shape)) {
+    own_information_[newest] = *information;
+  }
+}
+
+std::optional<Mat3> Slam::OwnInformation(const SubmapShape& shape) const {
+  LoopClosureOptions options = settings_.loop_closure;
+  options.both_ways = false;
+  const auto itself = Register(settings_.registration, shape.cloud, shape.cloud, Pose3::Identity());
+  const LoopClosure loop = Judge(options, settings_.registration, itself, shape, shape,
+                                 Pose3::Identity(), kNoPrediction);
+  if (!loop.accepted) return std::nullopt;
+  return PlanarOf(loop.constraint.Information());
+}
+
+std::vector<Revisit> Slam::ExpectedRevisits() const {
+  if (own_information_.empty()) return {};
+  const auto variance_m2 = [](const SubmapAnchor& anchor) {
+    return anchor.body_drift.topLeftCorner<2, 2>().trace();
+  };
+  return ExpectRevisits(
+      graph_, own_information_,
+      variance_m2(anchors_.begin()->second) + variance_m2(anchors_.rbegin()->second));
 }
 
 void Slam::UpdateCovariances() {

@@ -3,12 +3,14 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "lib/loopclosure/loop_closure.h"
 #include "lib/posegraph/g2o.h"
 #include "lib/posegraph/pose_graph.h"
+#include "lib/slam/revisits.h"
 #include "lib/submap/sensor_model.h"
 #include "lib/submap/submap.h"
 
@@ -106,6 +108,9 @@ class Slam {
   /// One for each submap, right to some percent.
   const std::map<SubmapId, PlaceCovariance>& covariances() const { return covariances_; }
 
+  /// What seeing earlier submaps again would gain, by their numbers; without loop closures nothing.
+  std::vector<Revisit> ExpectedRevisits() const;
+
  private:
   void AddNode(const Submap& submap);
   void PlaceSubmaps();
@@ -125,6 +130,8 @@ class Slam {
   bool DropContradicting();
   /// Forgets the newest submap's shape where enough others hold its content already.
   void KeepIfNeeded(SubmapId newest);
+  /// What a closure of a submap with its like tells of (x, y, yaw); nothing if there would be none.
+  std::optional<Mat3> OwnInformation(const SubmapShape& shape) const;
   void UpdateCovariances();
   /// From covariances between nodes to those of the body's motions.
   void AddBodyDrift(const std::vector<std::pair<NodeId, NodeId>>& pairs,
@@ -137,6 +144,7 @@ class Slam {
   std::map<SubmapId, SubmapAnchor> anchors_;
   std::map<SubmapId, Pose3> X_WM_;
   std::map<SubmapId, std::unique_ptr<SubmapShape>> shapes_;  ///< Those that loops are closed with.
+  std::map<SubmapId, Mat3> own_information_;  ///< Of those of shapes_ that can be recognised.
   std::vector<Closure> closures_;
   std::map<SubmapId, PlaceCovariance> covariances_;
   std::int64_t version_ = 0;

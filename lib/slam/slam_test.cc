@@ -311,6 +311,37 @@ TEST(SlamTest, FindsItselfAgainAfterAMotionThatNothingMeasured) {
   }
 }
 
+// Once around the room, where nothing was joined yet, and then one that stands where the first did.
+TEST(SlamTest, RevisitsDoWhatIsExpectedOfThem) {
+  const Mission mission(3);
+  SlamSettings settings;
+  settings.loop_closure.min_separation = 8;
+  Slam slam(settings);
+  const auto mean_sigma_m = [&] {
+    double sum_m = 0;
+    for (SubmapId id = 0; id < 8; ++id)
+      sum_m += std::sqrt(slam.covariances().at(id).of_X_WM.topLeftCorner<2, 2>().trace());
+    return sum_m / 8;
+  };
+  for (SubmapId id = 0; id < 8; ++id) slam.AddSubmap(mission.submaps[id]);
+  const auto expected = slam.ExpectedRevisits();
+  ASSERT_FALSE(expected.empty());
+  EXPECT_EQ(expected[0].id, 0);
+  EXPECT_GT(expected[0].gain, 0.15);
+  const double before_m = mean_sigma_m();
+  slam.AddSubmap(mission.submaps[8]);
+  ASSERT_EQ(Accepted(slam), 1);
+  // On the way there it drifted once more.
+  EXPECT_NEAR(1 - mean_sigma_m() / before_m, expected[0].gain, 0.3 * expected[0].gain);
+  for (const Revisit& revisit : slam.ExpectedRevisits()) {
+    if (revisit.id == 0) {
+      EXPECT_LT(revisit.gain, 0.5 * expected[0].gain);
+    }
+  }
+  settings.slam.loop_closures = false;
+  EXPECT_TRUE(SlamOf(mission, settings)->ExpectedRevisits().empty());
+}
+
 // A simulated drift of zero gives edges without variance in x, y and yaw.
 TEST(SlamTest, TakesEdgesWithoutVariance) {
   const Mission mission(8, 6, 0, 0);

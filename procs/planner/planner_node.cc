@@ -21,6 +21,8 @@ const char* NameOf(ExplorerState state) {
   switch (state) {
     case ExplorerState::kExploring:
       return "exploring";
+    case ExplorerState::kLocalising:
+      return "localising";
     case ExplorerState::kRevisiting:
       return "revisiting";
     case ExplorerState::kReturning:
@@ -88,6 +90,8 @@ PlannerNode::PlannerNode(Bus& bus, const PlannerSettings& settings)
                  [this](const map_status_t& status) { OnMapStatus(status); }}) {
   endpoint_.Subscribe(outputs::kSubmapPoses,
                       [this](Time, const submap_poses_t& message) { OnSubmapPoses(message); });
+  endpoint_.Subscribe(outputs::kRevisits,
+                      [this](Time, const revisits_t& message) { OnRevisits(message); });
   endpoint_.Subscribe(outputs::kScan, [this](Time, const scan_t& message) { OnScan(message); });
   endpoint_.Subscribe(outputs::kNav, [this](Time, const nav_t& message) { OnNav(message); });
   endpoint_.Subscribe(outputs::kPose,
@@ -158,6 +162,23 @@ void PlannerNode::OnSubmapPoses(const submap_poses_t& message) {
     sigmas_m.emplace_back(place.id, HorizontalSigma(place.covariance_MN));
   }
   submaps_.Move(X_WM_, sigmas_m);
+}
+
+void PlannerNode::OnRevisits(const revisits_t& message) {
+  if (UsesStandardMap()) return;  // It bends with no loop closure.
+  std::vector<RevisitPlace> places;
+  for (int i = 0; i < message.count; ++i) {
+    const SubmapId id = message.submap_id[static_cast<std::size_t>(i)];
+    const double gain = message.gain[static_cast<std::size_t>(i)];
+    if (!(gain >= 0 && gain <= 1)) {
+      endpoint_.NoteMalformed();
+      return;
+    }
+    if (!submaps_.Has(id)) continue;
+    const Pose3& X_WM = submaps_.X_WM(id);
+    places.push_back({id, WaypointOf(X_WM), WaypointOf(X_WM * submaps_.outline(id)->X_ML), gain});
+  }
+  explorer_.SetRevisits(std::move(places));
 }
 
 void PlannerNode::OnScan(const scan_t& message) {

@@ -36,8 +36,8 @@ struct PlannerSettings {
 };
 
 /// Explores: plans on its own replica of the map and tells the path and the state of the mission.
-/// In: SUBMAP, MAP_STATUS, SUBMAP_POSES, SCAN, NAV, POSE, OPERATOR. Out: PLAN, MISSION_STATUS,
-/// MAP_REQUEST, STATUS.
+/// In: SUBMAP, MAP_STATUS, SUBMAP_POSES, REVISITS, SCAN, NAV, POSE, OPERATOR. Out: PLAN,
+/// MISSION_STATUS, MAP_REQUEST, STATUS.
 class PlannerNode {
  public:
   PlannerNode(Bus& bus, const PlannerSettings& settings);
@@ -51,6 +51,7 @@ class PlannerNode {
   void OnMapStatus(const map_status_t& status);
   void OnReset();
   void OnSubmapPoses(const submap_poses_t& message);
+  void OnRevisits(const revisits_t& message);
   void OnScan(const scan_t& message);
   void OnNav(const nav_t& message);
   void AddScans();

@@ -330,6 +330,12 @@ TEST_F(PlannerNodeTest, DamagedBytesAreCountedAndHarmless) {
   damaged += SayDamaged(bench_, outputs::kScan, ToMessage(vehicle_.ScanAt({}, 0)), random);
   damaged += SayDamaged(bench_, outputs::kNav, ToMessage(vehicle_.SampleAt({})), random);
   damaged += SayDamaged(bench_, outputs::kMapStatus, bench_.Last(outputs::kMapStatus), random);
+  revisits_t revisits{};  // More than all of the error.
+  revisits.submap_id = {0};
+  revisits.gain = {1.5};
+  revisits.count = 1;
+  damaged += SayDamaged(bench_, outputs::kRevisits, revisits, random);
+  bench_.Say(outputs::kRevisits, revisits, bench_.queue.now());
   pose_estimate_t pose{};  // No rotations.
   bench_.Say(outputs::kPose, pose, bench_.queue.now());
   submap_poses_t foreign{};
@@ -341,9 +347,35 @@ TEST_F(PlannerNodeTest, DamagedBytesAreCountedAndHarmless) {
   bench_.RunFor(std::chrono::seconds(1));
   EXPECT_EQ(
       bench_.CounterOf("vog-planner", "malformed") + bench_.CounterOf("vog-planner", "other_run"),
-      damaged + 2);
+      damaged + 3);
   ExpectSound(bench_.Last(outputs::kPlan));
   EXPECT_EQ(bench_.CounterOf("vog-planner", "submaps"), 2);
+}
+
+TEST_F(PlannerNodeTest, FliesToASubmapThatIsWorthBeingSeenAgain) {
+  for (const double share : {0.0, 1.0}) {
+    settings_.planner.revisit_share = share;
+    Start();
+    vehicle_.Drive(20 * kScansPerSubmap);
+    ASSERT_EQ(bench_.Last(outputs::kMissionStatus).state, "exploring");
+    revisits_t revisits{};
+    revisits.submap_id = {bench_.Last(outputs::kMapStatus).submaps - 1, 777};
+    revisits.gain = {1, 1};
+    revisits.count = 2;
+    bench_.Say(outputs::kRevisits, revisits, bench_.queue.now());
+    bench_.Forget();
+    // It goes on with a new plan.
+    for (const char* command : {"pause", "resume"}) {
+      operator_command_t order{};
+      order.command = command;
+      bench_.Say(outputs::kOperator, order, bench_.queue.now());
+      vehicle_.Drive(2);
+    }
+    int localising = 0;
+    for (const mission_status_t& status : bench_.Said(outputs::kMissionStatus))
+      localising += status.state == "localising";
+    EXPECT_EQ(localising > 0, share > 0);
+  }
 }
 
 TEST_F(PlannerNodeTest, ObeysTheOperator) {

@@ -24,7 +24,7 @@ struct SlamNodeSettings {
 
 /// Runs submap SLAM on the submaps that the map service closes, in the order of their numbers, and
 /// tells where the vehicle is on the newest solution. In: SUBMAP, MAP_STATUS, NAV, MAP_REQUEST
-/// (poses). Out: SUBMAP_POSES, GRAPH, POSE, MAP_REQUEST, STATUS.
+/// (poses). Out: SUBMAP_POSES, GRAPH, REVISITS, POSE, MAP_REQUEST, STATUS.
 class SlamNode {
  public:
   SlamNode(Bus& bus, const SlamNodeSettings& settings);

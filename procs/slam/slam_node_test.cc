@@ -96,6 +96,14 @@ TEST_F(SlamNodeTest, TellsWhatSlamMakesOfTheSubmaps) {
   }
   const auto expected = Expected();
   ExpectSolution(*expected);
+  const revisits_t revisits = bench_.Last(outputs::kRevisits);
+  const auto expected_revisits = expected->ExpectedRevisits();
+  EXPECT_EQ(revisits.version, 5);
+  ASSERT_EQ(revisits.count, static_cast<int>(expected_revisits.size()));
+  for (std::size_t i = 0; i < expected_revisits.size(); ++i) {
+    EXPECT_EQ(revisits.submap_id[i], expected_revisits[i].id);
+    EXPECT_NEAR(revisits.gain[i], expected_revisits[i].gain, 1e-6);
+  }
   const graph_t graph = bench_.Last(outputs::kGraph);
   EXPECT_EQ(graph.version, 5);
   EXPECT_EQ(graph.count, static_cast<int>(4 + expected->closures().size()));

@@ -150,7 +150,7 @@ TEST_F(HandlersFuzzTest, DamagedMessagesDoNoHarm) {
   for (const Recorded& message : recorded) channels.insert(message.channel);
   for (const char* channel :
        {"RUN", "VEHICLE_NAV", "SONAR_RETURNS", "NAV", "SCAN", "SUBMAP", "SUBMAP_POSES", "GRAPH",
-        "POSE", "PLAN", "MISSION_STATUS", "CONTROL", "MAP_STATUS", "STATUS"})
+        "REVISITS", "POSE", "PLAN", "MISSION_STATUS", "CONTROL", "MAP_STATUS", "STATUS"})
     ASSERT_TRUE(channels.count(channel)) << channel;
   std::int64_t statuses = 0, plans = 0, poses = 0;
   const auto observe = [&](Time, const std::string& channel, Bytes) {

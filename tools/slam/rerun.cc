@@ -99,17 +99,20 @@ Rerun RerunSlam(const StoredMap& map, const SlamSettings& settings, const FaultO
     saboteur.Spoil(target, source, registration);
   });
   std::vector<double> seconds;
+  std::vector<Revisit> revisits;
   for (const SubmapPtr& submap : map.submaps) {
     show(static_cast<double>(seconds.size()) / static_cast<double>(map.submaps.size()));
     const Stopwatch stopwatch;
     slam.AddSubmap(submap);
+    revisits = slam.ExpectedRevisits();
     seconds.push_back(stopwatch.seconds());
   }
   show(1);
   std::vector<std::pair<NodeId, NodeId>> from_first;
   for (const SubmapPtr& submap : map.submaps)
     from_first.emplace_back(map.submaps.front()->id(), submap->id());
-  Rerun rerun{map, {}, slam.BodyCovariances(from_first), Summarise(slam, saboteur, seconds)};
+  Rerun rerun{
+      map, {}, slam.BodyCovariances(from_first), revisits, Summarise(slam, saboteur, seconds)};
   for (const auto& [id, X_WC] : slam.graph().nodes()) rerun.X_WC.push_back(X_WC);
   rerun.map.X_WM = slam.X_WM();
   rerun.map.graph_g2o = ToG2oText(slam.ToG2o());

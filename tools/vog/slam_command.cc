@@ -1,4 +1,5 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -128,6 +129,9 @@ Json JsonOf(const Rerun& rerun) {
                      {"X_WC", NumbersOf(rerun.X_WC[i])}});
     if (!rerun.covariances.empty()) poses.back()["covariance"] = JsonOf(rerun.covariances[i]);
   }
+  Json revisits = Json::array();
+  for (const Revisit& revisit : rerun.revisits)
+    revisits.push_back({{"id", revisit.id}, {"gain", revisit.gain}});
   return {{"submaps", rerun.map.submaps.size()},
           {"full", summary.full},
           {"partial", summary.partial},
@@ -138,7 +142,20 @@ Json JsonOf(const Rerun& rerun) {
            {{"median", summary.median_s},
             {"last_tenth_median", summary.last_tenth_median_s},
             {"worst", summary.worst_s}}},
+          {"revisits", revisits},
           {"poses", poses}};
+}
+
+/// The submaps that are most worth being seen again.
+void PrintRevisits(std::vector<Revisit> revisits) {
+  constexpr std::size_t kMost = 5;
+  std::stable_sort(revisits.begin(), revisits.end(),
+                   [](const Revisit& a, const Revisit& b) { return a.gain > b.gain; });
+  if (revisits.size() > kMost) revisits.resize(kMost);
+  if (!revisits.empty()) std::printf("seen again, submaps would lower the mean position error:");
+  for (const Revisit& revisit : revisits)
+    std::printf(" %d by %.0f %%%s", revisit.id, 100 * revisit.gain,
+                &revisit == &revisits.back() ? "\n" : ",");
 }
 
 void PrintSummary(const StoredMap& map, const RerunSummary& summary) {
@@ -177,6 +194,7 @@ void Run(const SlamArguments& arguments) {
     return;
   }
   PrintSummary(rerun.map, rerun.summary);
+  PrintRevisits(rerun.revisits);
   for (const auto& [key, value] : metrics.items())
     std::printf("%s %s\n", key.c_str(), value.dump().c_str());
 }

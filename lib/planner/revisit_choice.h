@@ -28,8 +28,8 @@ struct FlightTime {
 
 /// Decides whether to see a submap again now, and which.
 ///
-/// A revisit of t seconds in a mission of T is worth gain - 1.5 t / T: each per cent of time has
-/// to take away one and a half of the error. All revisits together may take a share of the time
+/// A revisit of t seconds in a mission of T is worth gain - 2 t / T: each per cent of time has to
+/// take away two of the error, and all of it a tenth. Together they may take a share of the time
 /// that is set.
 class RevisitChoice {
  public:

@@ -262,13 +262,29 @@ std::optional<CollisionChecker> Explorer::CheckerFor(const OccupancyMap& map, co
   return std::nullopt;
 }
 
+void Explorer::EndWhereThereIsRoom(const OccupancyMap& map, std::vector<Waypoint>& path) const {
+  constexpr double kStep_m = 0.25;
+  if (flight_share_ >= kFlightShare) return;
+  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+    const int steps = std::max(1, static_cast<int>(LengthOf(path[i], path[i + 1]) / kStep_m));
+    for (int step = 1; step <= steps; ++step) {
+      const Waypoint between = Interpolate(path[i], path[i + 1], static_cast<double>(step) / steps);
+      if (FreeShareAt(map, between) < 1) continue;
+      path.resize(i + 1);
+      path.push_back(between);
+      return;
+    }
+  }
+}
+
 bool Explorer::Explore(const OccupancyMap& map, const Waypoint& at) {
   const auto checker = CheckerFor(map, at);
   if (!checker) return false;
-  if (BeginVisit(map, *checker, at)) return Localise(map, at);
+  if (BeginVisit(map, *checker, at)) return true;
   ViewPlan found = planner_->Plan(map, *checker, at);
   switch (found.outcome) {
     case ViewPlan::Outcome::kGo:
+      EndWhereThereIsRoom(map, found.path);
       SetPlan(std::move(found.path), PlanKind::kPath, std::move(found.tree), found.best);
       if (HasReached(at)) kind_ = PlanKind::kHold;
       return true;
@@ -324,8 +340,8 @@ bool Explorer::ReturnHome(const OccupancyMap& map, const Waypoint& at) {
       if (state_ != ExplorerState::kReturning) return false;
     }
     const auto checker = CheckerFor(map, at);
-    if (checker && end_reason_ == kNothingToGain && BeginVisit(map, *checker, at))
-      return Localise(map, at);
+    revisits_->LookAgain();
+    if (checker && end_reason_ == kNothingToGain && BeginVisit(map, *checker, at)) return true;
     is_home_ = true;
     Finish(at);
     return true;
@@ -335,6 +351,7 @@ bool Explorer::ReturnHome(const OccupancyMap& map, const Waypoint& at) {
   auto way = WayTo(map, *checker, at, {*home_W_, at.yaw_rad}, kHome_m, kAllHeadings);
   if (!way) return false;
   ++ways_home_;
+  EndWhereThereIsRoom(map, *way);
   SetPlan(std::move(*way), PlanKind::kPath);
   return true;
 }
@@ -354,14 +371,31 @@ std::optional<std::vector<Waypoint>> Explorer::WayTo(const OccupancyMap& map,
 
 bool Explorer::BeginVisit(const OccupancyMap& map, const CollisionChecker& checker,
                           const Waypoint& at) {
+  // Nobody asks for the flight: it keeps to all of the clearances.
   const FlightTime time = TimeSpent();
-  if (!revisits_->IsWorthASearch(at, time)) return false;
+  if (flight_share_ < kFlightShare || !revisits_->IsNew() || !revisits_->IsWorthASearch(at, time))
+    return false;
   routes_->Search(map, checker, at);
   const auto place = revisits_->Best(*routes_, time);
   if (!place) return false;
-  revisits_->NoteTried(place->submap, time);
   visit_ = Visit{*place, state_, now_};
+  if (!FlyToVisit(map, checker, at)) {
+    visit_.reset();
+    return false;
+  }
+  revisits_->NoteTried(place->submap, time);
   state_ = ExplorerState::kLocalising;
+  return true;
+}
+
+bool Explorer::FlyToVisit(const OccupancyMap& map, const CollisionChecker& checker,
+                          const Waypoint& at) {
+  const Waypoint& first = visit_->place.first;
+  auto way = WayTo(map, checker, at, first, kRevisitNear_m, 1u << HeadingOfYaw(first.yaw_rad));
+  if (!way) return false;
+  // The lattice ends beside the place; the vehicle fitted there once.
+  if (checker.IsEdgeFree(map, way->back(), first)) way->push_back(first);
+  SetPlan(std::move(*way), PlanKind::kPath);
   return true;
 }
 
@@ -377,22 +411,13 @@ bool Explorer::Localise(const OccupancyMap& map, const Waypoint& at) {
   const bool is_there =
       LengthOf(at, first) < kRevisitNear_m + options_.goal_tolerance_m &&
       std::abs(WrapAngle(first.yaw_rad - at.yaw_rad)) < options_.goal_tolerance_rad;
-  if (!visit_->arrived && !is_there) {
-    auto way = WayTo(map, *checker, at, first, kRevisitNear_m, 1u << HeadingOfYaw(first.yaw_rad));
-    if (way) {
-      // The lattice ends beside the place; the vehicle fitted there once.
-      if (checker->IsEdgeFree(map, way->back(), first)) way->push_back(first);
-      SetPlan(std::move(*way), PlanKind::kPath);
-    } else {
-      EndVisit();
-    }
-    return way.has_value();
-  }
-  if (!visit_->arrived) {
+  if (!visit_->arrived && is_there) {
     visit_->arrived = now_;
     visit_->submaps_at_arrival = submaps_;
   }
-  if (IsVisitOver()) {
+  const bool is_roomy = flight_share_ == kFlightShare;
+  if (!visit_->arrived && is_roomy && FlyToVisit(map, *checker, at)) return true;
+  if (!visit_->arrived || IsVisitOver()) {
     EndVisit();
     return false;
   }

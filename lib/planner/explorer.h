@@ -116,6 +116,8 @@ class Explorer {
   bool Explore(const OccupancyMap& map, const Waypoint& at);
   /// Begins to see a submap again if that is worth its time.
   bool BeginVisit(const OccupancyMap& map, const CollisionChecker& checker, const Waypoint& at);
+  /// To where the submap of the visit began.
+  bool FlyToVisit(const OccupancyMap& map, const CollisionChecker& checker, const Waypoint& at);
   /// The next path of a visit; false when there is none, or it is over.
   bool Localise(const OccupancyMap& map, const Waypoint& at);
   /// To and fro where the submap was made.
@@ -146,6 +148,9 @@ class Explorer {
   /// The rules to plan with from `at`; nothing where it offers too little.
   std::optional<CollisionChecker> CheckerFor(const OccupancyMap& map, const Waypoint& at);
 
+  /// A path from a place with less room than the clearances ask for ends where there is that much:
+  /// the next one keeps to them.
+  void EndWhereThereIsRoom(const OccupancyMap& map, std::vector<Waypoint>& path) const;
   void SetPlan(std::vector<Waypoint> path, PlanKind kind, std::vector<TreeNode> tree = {},
                int best = -1);
   Unseen CountUnseen(const OccupancyMap& map) const;

@@ -38,8 +38,8 @@ bool RevisitChoice::IsWorthASearch(const Waypoint& at, const FlightTime& time) c
   });
 }
 
-std::optional<RevisitPlace> RevisitChoice::Best(const Routes& routes,
-                                                const FlightTime& time) const {
+std::optional<RevisitPlace> RevisitChoice::Best(const Routes& routes, const FlightTime& time) {
+  is_new_ = false;
   std::optional<RevisitPlace> best;
   double most = 0;
   for (const RevisitPlace& place : places_) {

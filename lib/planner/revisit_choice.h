@@ -36,13 +36,19 @@ class RevisitChoice {
   RevisitChoice(double share, const MotionLimits& limits) : share_(share), limits_(limits) {}
 
   /// What there is to choose from, instead of what there was.
-  void Offer(std::vector<RevisitPlace> places) { places_ = std::move(places); }
+  void Offer(std::vector<RevisitPlace> places) {
+    places_ = std::move(places);
+    is_new_ = true;
+  }
+  /// Whether nobody has asked for the best of them yet, or since LookAgain().
+  bool IsNew() const { return is_new_; }
+  void LookAgain() { is_new_ = true; }
   /// Of a place that is on offer; 0 for others.
   double GainOf(int submap) const;
   /// Whether any place may be worth it, the way to it being no longer than the straight line.
   bool IsWorthASearch(const Waypoint& at, const FlightTime& time) const;
   /// The best one by the ways that `routes` has found from `at`.
-  std::optional<RevisitPlace> Best(const Routes& routes, const FlightTime& time) const;
+  std::optional<RevisitPlace> Best(const Routes& routes, const FlightTime& time);
   /// It is tried now: again only when the mission has become a quarter longer.
   void NoteTried(int submap, const FlightTime& time) { tried_at_s_[submap] = time.all_s; }
 
@@ -53,6 +59,7 @@ class RevisitChoice {
   double share_;
   MotionLimits limits_;
   std::vector<RevisitPlace> places_;
+  bool is_new_ = false;
   std::map<int, double> tried_at_s_;
 };
 

@@ -20,7 +20,7 @@ class RevisitChoiceTest : public testing::Test {
   static RevisitPlace PlaceAt(int submap, const Vec3& p_W, double gain) {
     return {submap, {p_W, 1}, {p_W, 1}, gain};
   }
-  std::optional<int> Best(const FlightTime& time) const {
+  std::optional<int> Best(const FlightTime& time) {
     const auto best = dut_.Best(routes_, time);
     return best ? std::optional(best->submap) : std::nullopt;
   }
@@ -40,7 +40,11 @@ TEST_F(RevisitChoiceTest, TakesWhatGainsMostForItsTime) {
   dut_.Offer(
       {PlaceAt(3, {-1, 1, 0}, 0.2), PlaceAt(7, {2, 1, 0}, 0.22), PlaceAt(9, {-2, 1, 0}, 0.09)});
   EXPECT_TRUE(dut_.IsWorthASearch(kAt, kLate));
+  EXPECT_TRUE(dut_.IsNew());
   EXPECT_EQ(Best(kLate), 3);
+  EXPECT_FALSE(dut_.IsNew());
+  dut_.LookAgain();
+  EXPECT_TRUE(dut_.IsNew());
   dut_.Offer({PlaceAt(3, {-1, 1, 0}, 0.2), PlaceAt(7, {2, 1, 0}, 0.3)});
   EXPECT_EQ(Best(kLate), 7);
   dut_.Offer({PlaceAt(3, {-1, 1, 0}, 0.11)});

@@ -262,21 +262,6 @@ std::optional<CollisionChecker> Explorer::CheckerFor(const OccupancyMap& map, co
   return std::nullopt;
 }
 
-void Explorer::EndWhereThereIsRoom(const OccupancyMap& map, std::vector<Waypoint>& path) const {
-  constexpr double kStep_m = 0.25;
-  if (flight_share_ >= kFlightShare) return;
-  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
-    const int steps = std::max(1, static_cast<int>(LengthOf(path[i], path[i + 1]) / kStep_m));
-    for (int step = 1; step <= steps; ++step) {
-      const Waypoint between = Interpolate(path[i], path[i + 1], static_cast<double>(step) / steps);
-      if (FreeShareAt(map, between) < 1) continue;
-      path.resize(i + 1);
-      path.push_back(between);
-      return;
-    }
-  }
-}
-
 bool Explorer::Explore(const OccupancyMap& map, const Waypoint& at) {
   const auto checker = CheckerFor(map, at);
   if (!checker) return false;
@@ -284,7 +269,6 @@ bool Explorer::Explore(const OccupancyMap& map, const Waypoint& at) {
   ViewPlan found = planner_->Plan(map, *checker, at);
   switch (found.outcome) {
     case ViewPlan::Outcome::kGo:
-      EndWhereThereIsRoom(map, found.path);
       SetPlan(std::move(found.path), PlanKind::kPath, std::move(found.tree), found.best);
       if (HasReached(at)) kind_ = PlanKind::kHold;
       return true;
@@ -351,7 +335,6 @@ bool Explorer::ReturnHome(const OccupancyMap& map, const Waypoint& at) {
   auto way = WayTo(map, *checker, at, {*home_W_, at.yaw_rad}, kHome_m, kAllHeadings);
   if (!way) return false;
   ++ways_home_;
-  EndWhereThereIsRoom(map, *way);
   SetPlan(std::move(*way), PlanKind::kPath);
   return true;
 }

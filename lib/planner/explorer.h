@@ -148,9 +148,6 @@ class Explorer {
   /// The rules to plan with from `at`; nothing where it offers too little.
   std::optional<CollisionChecker> CheckerFor(const OccupancyMap& map, const Waypoint& at);
 
-  /// A path from a place with less room than the clearances ask for ends where there is that much:
-  /// the next one keeps to them.
-  void EndWhereThereIsRoom(const OccupancyMap& map, std::vector<Waypoint>& path) const;
   void SetPlan(std::vector<Waypoint> path, PlanKind kind, std::vector<TreeNode> tree = {},
                int best = -1);
   Unseen CountUnseen(const OccupancyMap& map) const;

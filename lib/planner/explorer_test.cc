@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <numbers>
-
 #include "lib/planner/chamber_testing.h"
 
 namespace vog {
@@ -365,26 +363,6 @@ TEST_F(LocalisingTest, WithoutAShareOfTheTimeIsThePlainExplorer) {
   FlyOffered(0);
   EXPECT_EQ(now_, end);
   EXPECT_EQ(at_.position_W_m, at.position_W_m);
-}
-
-TEST_F(CoverageTest, LeavesATightPlaceBeforeItGoesFar) {
-  FlyToTheEnd(12);
-  ASSERT_EQ(explorer_->state(), ExplorerState::kExploring);
-  const CollisionChecker whole(options_.collision_rules());
-  at_ = {{-3.04, 0.5, 0}, 0};  // 0.06 m before a wall, of a clearance of 0.1 m.
-  Look(truth_, sonar_, Waypoint{{-2.5, 0.5, 0}, std::numbers::pi}.X_WB(), known_);
-  ASSERT_FALSE(whole.IsFree(known_, at_));
-  const Plan* plan = Update(100);
-  for (int i = 0; i < 30 && plan == nullptr; ++i) plan = Update(1);
-  ASSERT_NE(plan, nullptr);
-  ASSERT_EQ(plan->path.size(), 2u);
-  EXPECT_TRUE(whole.IsFree(known_, plan->path.back()));
-  EXPECT_LT(LengthOf(at_, plan->path.back()), 0.6);
-  Fly(plan->path);
-  plan = Update(3);
-  ASSERT_NE(plan, nullptr);
-  for (std::size_t i = 0; i + 1 < plan->path.size(); ++i)
-    EXPECT_TRUE(whole.IsEdgeFree(known_, plan->path[i], plan->path[i + 1])) << i;
 }
 
 TEST_F(CoverageTest, GoesHomeWithItsBudgets) {

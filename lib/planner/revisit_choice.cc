@@ -6,9 +6,9 @@ namespace vog {
 namespace {
 
 /// Of its error that a revisit must take away for its share of the time.
-constexpr double kErrorForTime = 1;
+constexpr double kErrorForTime = 2;
 /// What is expected is no more certain than this.
-constexpr double kLeastGain = 0.05;
+constexpr double kLeastGain = 0.1;
 /// While it looks, a whole submap begins and ends.
 constexpr double kSubmapsToLook = 2;
 /// Of the time at which a place was tried, that must have passed.

@@ -28,9 +28,9 @@ struct FlightTime {
 
 /// Decides whether to see a submap again now, and which.
 ///
-/// A revisit of t seconds in a mission of T is worth gain - t / T: each per cent of time has to
-/// take away one of the error, and all of it 5. Together they may take a share of the time that is
-/// set.
+/// A revisit of t seconds in a mission of T is worth gain - 2 t / T: each per cent of time has to
+/// take away two of the error, and all of it a tenth. Together they may take a share of the time
+/// that is set.
 class RevisitChoice {
  public:
   RevisitChoice(double share, const MotionLimits& limits) : share_(share), limits_(limits) {}

@@ -36,9 +36,9 @@ class RevisitChoiceTest : public testing::Test {
 TEST_F(RevisitChoiceTest, TakesWhatGainsMostForItsTime) {
   EXPECT_FALSE(dut_.IsWorthASearch(kAt, kLate)) << "nothing was offered";
   EXPECT_FALSE(Best(kLate));
-  // 20 s of looking, and some 8 and 32 s of way there and back: 1 / 1000 of gain a second.
+  // 20 s of looking, and some 8 and 32 s of way there and back: 2 / 1000 of gain a second.
   dut_.Offer(
-      {PlaceAt(3, {-1, 1, 0}, 0.2), PlaceAt(7, {2, 1, 0}, 0.22), PlaceAt(9, {-2, 1, 0}, 0.04)});
+      {PlaceAt(3, {-1, 1, 0}, 0.2), PlaceAt(7, {2, 1, 0}, 0.22), PlaceAt(9, {-2, 1, 0}, 0.09)});
   EXPECT_TRUE(dut_.IsWorthASearch(kAt, kLate));
   EXPECT_TRUE(dut_.IsNew());
   EXPECT_EQ(Best(kLate), 3);
@@ -47,7 +47,7 @@ TEST_F(RevisitChoiceTest, TakesWhatGainsMostForItsTime) {
   EXPECT_TRUE(dut_.IsNew());
   dut_.Offer({PlaceAt(3, {-1, 1, 0}, 0.2), PlaceAt(7, {2, 1, 0}, 0.3)});
   EXPECT_EQ(Best(kLate), 7);
-  dut_.Offer({PlaceAt(3, {-1, 1, 0}, 0.06)});
+  dut_.Offer({PlaceAt(3, {-1, 1, 0}, 0.11)});
   EXPECT_EQ(Best(kLate), 3);
   EXPECT_FALSE(Best({400, 0, 10})) << "too little for its time";
 }

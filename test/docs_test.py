@@ -4,6 +4,7 @@ somewhere."""
 import functools
 import re
 import shlex
+import subprocess
 import unittest
 
 from vog_testing import ROOT, vog
@@ -82,6 +83,10 @@ class DocsTest(unittest.TestCase):
                            ("slam m --set registration.freedm=full", "registration.freedm")):
             self.assertIn(says, self.check(line.split()))
         self.assertEqual(self.check("mission x.toml --set planner.range_m=3 --live".split()), "")
+
+    def test_the_message_reference_is_of_the_present_messages(self):
+        done = subprocess.run([ROOT / "tools/message-reference", "--check"], capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
 
     def test_links_lead_somewhere(self):
         checked = 0

@@ -132,6 +132,26 @@ std::optional<std::vector<SubmapPlace>> FromMessage(const submap_poses_t& messag
   return places;
 }
 
+revisits_t ToMessage(const std::map<SubmapId, double>& gains) {
+  revisits_t message{};
+  for (const auto& [id, gain] : gains) {
+    message.submap_id.push_back(id);
+    message.gain.push_back(gain);
+  }
+  message.count = static_cast<int>(gains.size());
+  return message;
+}
+
+std::optional<std::map<SubmapId, double>> FromMessage(const revisits_t& message) {
+  std::map<SubmapId, double> gains;
+  for (std::size_t i = 0; i < message.submap_id.size(); ++i) {
+    const double gain = message.gain[i];
+    if (message.submap_id[i] < 0 || !(gain >= 0 && gain <= 1)) return std::nullopt;
+    gains[message.submap_id[i]] = gain;
+  }
+  return gains;
+}
+
 vehicle_nav_t ToMessage(const VehicleNavRecord& record) {
   vehicle_nav_t message{};
   message.X_OB = ToMessage(record.X_OB);

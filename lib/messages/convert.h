@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <variant>
@@ -16,6 +17,7 @@
 #include "vog/dvl_t.hpp"
 #include "vog/imu_t.hpp"
 #include "vog/nav_t.hpp"
+#include "vog/revisits_t.hpp"
 #include "vog/scan_t.hpp"
 #include "vog/sonar_frame_t.hpp"
 #include "vog/sonar_returns_t.hpp"
@@ -58,6 +60,10 @@ struct SubmapPlace {
 };
 submap_poses_t ToMessage(const std::vector<SubmapPlace>& places);
 std::optional<std::vector<SubmapPlace>> FromMessage(const submap_poses_t& message);
+
+/// What REVISITS tells: the gain of seeing submaps again, a share from 0 to 1.
+revisits_t ToMessage(const std::map<SubmapId, double>& gains);
+std::optional<std::map<SubmapId, double>> FromMessage(const revisits_t& message);
 
 /// The origin travels as header.epoch.
 vehicle_nav_t ToMessage(const VehicleNavRecord& record);

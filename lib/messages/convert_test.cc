@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 #include "lib/messages/endpoint.h"
 #include "lib/submap/octree_file.h"
@@ -68,6 +69,20 @@ SonarFrame SomeFrame() { return {{}, 0, -0.1, 0.5, 11, 3, 4, std::vector<std::ui
 
 submap_t SubmapMessage(const Submap& submap) {
   return ToMessage(submap, ToOctreeBytes(submap.grid));
+}
+
+TEST(ConvertTest, RevisitsSurviveAndSharesBeyondAllAreRefused) {
+  const std::map<SubmapId, double> gains = {{0, 0.25}, {7, 1}, {12, 0}};
+  EXPECT_EQ(Travelled(gains), gains);
+  revisits_t message = ToMessage(gains);
+  EXPECT_EQ(FromMessage(revisits_t{}), (std::map<SubmapId, double>{}));
+  for (const double gain : {-0.1, 1.1, std::numeric_limits<double>::quiet_NaN()}) {
+    message.gain[1] = gain;
+    EXPECT_FALSE(FromMessage(message)) << gain;
+  }
+  message = ToMessage(gains);
+  message.submap_id[2] = -1;
+  EXPECT_FALSE(FromMessage(message));
 }
 
 TEST(ConvertTest, PosesSurvive) {

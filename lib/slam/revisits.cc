@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "lib/geometry/odometry.h"
 
@@ -78,8 +79,9 @@ Closure ClosureWith(const PoseGraph& graph, NodeId target, NodeId newest, const 
 
 }  // namespace
 
-std::vector<Revisit> ExpectRevisits(const PoseGraph& graph, const std::map<SubmapId, Mat3>& targets,
-                                    double body_variance_m2) {
+std::map<SubmapId, double> ExpectRevisits(const PoseGraph& graph,
+                                          const std::map<SubmapId, Mat3>& targets,
+                                          double body_variance_m2) {
   if (graph.nodes().size() < 2 || targets.empty()) return {};
   const NodeId first = graph.nodes().begin()->first, newest = graph.nodes().rbegin()->first;
   const std::vector<NodeId> sample = SampleOf(graph.nodes());
@@ -114,7 +116,7 @@ std::vector<Revisit> ExpectRevisits(const PoseGraph& graph, const std::map<Subma
   const double V_0N = far.NextVariance();
   std::vector<double> V_kN;
   for (std::size_t s = 0; s < sample.size(); ++s) V_kN.push_back(far.NextVariance());
-  std::vector<Revisit> revisits;
+  std::map<SubmapId, double> gains;
   for (const auto& [j, V_jN, taken] : closures) {
     const double V_0j = far.NextVariance();
     std::vector<double> V_jk;
@@ -123,9 +125,9 @@ std::vector<Revisit> ExpectRevisits(const PoseGraph& graph, const std::map<Subma
       const double C = (V_jk[s] + V_0N - V_kN[s] - V_0j) / 2;
       return taken * C * C / V_jN;
     });
-    if (of_all >= kLeastGain) revisits.push_back({j, of_all});
+    if (of_all >= kLeastGain) gains[j] = of_all;
   }
-  return revisits;
+  return gains;
 }
 
 }  // namespace vog

@@ -5,6 +5,7 @@
 
 #include "lib/base/parallel.h"
 #include "lib/loopclosure/relocalisation.h"
+#include "lib/slam/revisits.h"
 
 namespace vog {
 namespace {
@@ -268,7 +269,7 @@ std::optional<Mat3> Slam::OwnInformation(const SubmapShape& shape) const {
   return PlanarOf(loop.constraint.Information());
 }
 
-std::vector<Revisit> Slam::ExpectedRevisits() const {
+std::map<SubmapId, double> Slam::ExpectedRevisits() const {
   if (own_information_.empty()) return {};
   const auto variance_m2 = [](const SubmapAnchor& anchor) {
     return anchor.body_drift.topLeftCorner<2, 2>().trace();

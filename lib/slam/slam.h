@@ -10,7 +10,6 @@
 #include "lib/loopclosure/loop_closure.h"
 #include "lib/posegraph/g2o.h"
 #include "lib/posegraph/pose_graph.h"
-#include "lib/slam/revisits.h"
 #include "lib/submap/sensor_model.h"
 #include "lib/submap/submap.h"
 
@@ -108,8 +107,9 @@ class Slam {
   /// One for each submap, right to some percent.
   const std::map<SubmapId, PlaceCovariance>& covariances() const { return covariances_; }
 
-  /// What seeing earlier submaps again would gain, by their numbers; without loop closures nothing.
-  std::vector<Revisit> ExpectedRevisits() const;
+  /// What seeing earlier submaps again would gain (ExpectRevisits()); without loop closures
+  /// nothing.
+  std::map<SubmapId, double> ExpectedRevisits() const;
 
  private:
   void AddNode(const Submap& submap);

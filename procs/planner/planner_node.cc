@@ -165,15 +165,14 @@ void PlannerNode::OnSubmapPoses(const submap_poses_t& message) {
 }
 
 void PlannerNode::OnRevisits(const revisits_t& message) {
-  if (UsesStandardMap()) return;  // It bends with no loop closure.
+  const auto gains = FromMessage(message);
+  if (!gains) {
+    endpoint_.NoteMalformed();
+    return;
+  }
+  if (UsesStandardMap()) return;  // No loop closure bends it.
   std::vector<RevisitPlace> places;
-  for (int i = 0; i < message.count; ++i) {
-    const SubmapId id = message.submap_id[static_cast<std::size_t>(i)];
-    const double gain = message.gain[static_cast<std::size_t>(i)];
-    if (!(gain >= 0 && gain <= 1)) {
-      endpoint_.NoteMalformed();
-      return;
-    }
+  for (const auto& [id, gain] : *gains) {
     if (!submaps_.Has(id)) continue;
     const Pose3& X_WM = submaps_.X_WM(id);
     places.push_back({id, WaypointOf(X_WM), WaypointOf(X_WM * submaps_.outline(id)->X_ML), gain});

@@ -50,16 +50,6 @@ submap_poses_t PosesOf(const Slam& slam) {
   return vog::ToMessage(places);
 }
 
-revisits_t RevisitsOf(const Slam& slam) {
-  revisits_t message{};
-  for (const Revisit& revisit : slam.ExpectedRevisits()) {
-    message.submap_id.push_back(revisit.id);
-    message.gain.push_back(revisit.gain);
-  }
-  message.count = static_cast<int>(message.gain.size());
-  return message;
-}
-
 /// Of X_WB = X_WM * X_MB.
 Mat6 Compose(const Mat6& covariance_WM, const Pose3& X_MB, const Mat6& covariance_MB) {
   const Mat6 Ad = AdjointOf(X_MB.inverse());
@@ -129,7 +119,7 @@ void SlamNode::PublishSolution(Time time) {
   graph_t graph = ToMessage(*slam_);
   graph.version = version_;
   endpoint_.Publish(outputs::kGraph, graph, time);
-  revisits_t revisits = RevisitsOf(*slam_);
+  revisits_t revisits = vog::ToMessage(slam_->ExpectedRevisits());
   revisits.version = version_;
   endpoint_.Publish(outputs::kRevisits, revisits, time);
 }

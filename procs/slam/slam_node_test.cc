@@ -96,14 +96,12 @@ TEST_F(SlamNodeTest, TellsWhatSlamMakesOfTheSubmaps) {
   }
   const auto expected = Expected();
   ExpectSolution(*expected);
-  const revisits_t revisits = bench_.Last(outputs::kRevisits);
-  const auto expected_revisits = expected->ExpectedRevisits();
-  EXPECT_EQ(revisits.version, 5);
-  ASSERT_EQ(revisits.count, static_cast<int>(expected_revisits.size()));
-  for (std::size_t i = 0; i < expected_revisits.size(); ++i) {
-    EXPECT_EQ(revisits.submap_id[i], expected_revisits[i].id);
-    EXPECT_NEAR(revisits.gain[i], expected_revisits[i].gain, 1e-6);
-  }
+  EXPECT_EQ(bench_.Last(outputs::kRevisits).version, 5);
+  const auto revisits = FromMessage(bench_.Last(outputs::kRevisits));
+  ASSERT_TRUE(revisits);
+  EXPECT_EQ(revisits->size(), expected->ExpectedRevisits().size());
+  for (const auto& [id, gain] : expected->ExpectedRevisits())
+    EXPECT_NEAR(revisits->at(id), gain, 1e-5);
   const graph_t graph = bench_.Last(outputs::kGraph);
   EXPECT_EQ(graph.version, 5);
   EXPECT_EQ(graph.count, static_cast<int>(4 + expected->closures().size()));

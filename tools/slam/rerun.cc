@@ -99,7 +99,7 @@ Rerun RerunSlam(const StoredMap& map, const SlamSettings& settings, const FaultO
     saboteur.Spoil(target, source, registration);
   });
   std::vector<double> seconds;
-  std::vector<Revisit> revisits;
+  std::map<SubmapId, double> revisits;
   for (const SubmapPtr& submap : map.submaps) {
     show(static_cast<double>(seconds.size()) / static_cast<double>(map.submaps.size()));
     const Stopwatch stopwatch;

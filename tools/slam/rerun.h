@@ -42,7 +42,7 @@ struct Rerun {
   /// all poses.
   std::vector<Pose3> X_WC;
   std::vector<Mat6> covariances;
-  std::vector<Revisit> revisits;  ///< What seeing submaps again would gain now.
+  std::map<SubmapId, double> revisits;  ///< What seeing submaps again would gain now.
   RerunSummary summary;
 };
 Rerun RerunSlam(const StoredMap& map, const SlamSettings& settings, const FaultOptions& faults,

@@ -130,8 +130,7 @@ Json JsonOf(const Rerun& rerun) {
     if (!rerun.covariances.empty()) poses.back()["covariance"] = JsonOf(rerun.covariances[i]);
   }
   Json revisits = Json::array();
-  for (const Revisit& revisit : rerun.revisits)
-    revisits.push_back({{"id", revisit.id}, {"gain", revisit.gain}});
+  for (const auto& [id, gain] : rerun.revisits) revisits.push_back({{"id", id}, {"gain", gain}});
   return {{"submaps", rerun.map.submaps.size()},
           {"full", summary.full},
           {"partial", summary.partial},
@@ -147,15 +146,18 @@ Json JsonOf(const Rerun& rerun) {
 }
 
 /// The submaps that are most worth being seen again.
-void PrintRevisits(std::vector<Revisit> revisits) {
+void PrintRevisits(const std::map<SubmapId, double>& gains) {
   constexpr std::size_t kMost = 5;
-  std::stable_sort(revisits.begin(), revisits.end(),
-                   [](const Revisit& a, const Revisit& b) { return a.gain > b.gain; });
-  if (revisits.size() > kMost) revisits.resize(kMost);
-  if (!revisits.empty()) std::printf("seen again, submaps would lower the mean position error:");
-  for (const Revisit& revisit : revisits)
-    std::printf(" %d by %.0f %%%s", revisit.id, 100 * revisit.gain,
-                &revisit == &revisits.back() ? "\n" : ",");
+  std::vector<std::pair<SubmapId, double>> best(gains.begin(), gains.end());
+  std::stable_sort(best.begin(), best.end(),
+                   [](const auto& a, const auto& b) { return a.second > b.second; });
+  if (best.size() > kMost) best.resize(kMost);
+  const char* separator = "seen again, submaps would lower the mean position error: ";
+  for (const auto& [id, gain] : best) {
+    std::printf("%s%d by %.0f %%", separator, id, 100 * gain);
+    separator = ", ";
+  }
+  if (!best.empty()) std::printf("\n");
 }
 
 void PrintSummary(const StoredMap& map, const RerunSummary& summary) {

@@ -6,7 +6,7 @@ import statistics
 import unittest
 
 from recordings import write_boxes
-from vog_testing import INPUTS, IS_SANITIZED, VogTest, config, contents
+from vog_testing import INPUTS, IS_SANITIZED, ROOT, VogTest, config, contents
 
 SUBMAPS = 3 if IS_SANITIZED else 24
 REPEATED = 1 if IS_SANITIZED else 3
@@ -89,6 +89,17 @@ class MissionTest(VogTest):
         broken.write_bytes(whole[:len(whole) // 2 + 17])
         self.run_vog("map", "build", broken, "--out", out)
         self.assertRegex(self.run_vog("map", "info", out), r"complete +true")
+
+
+class ExampleLogTest(VogTest):
+    def test_replays_to_a_whole_map(self):
+        """If messages or the simulator change: docs/start.md says how the file is made."""
+        log, out = ROOT / "examples/logs/tank.log", self.scratch / "example"
+        self.run_vog("replay", log, "--out", out)
+        metrics = self.metrics(out)
+        self.assertEqual(metrics["submaps"], 3)
+        self.assertLess(metrics["rmse_m"]["vog"], 0.06)
+        self.assertRegex(self.run_vog("map", "info", out / "map"), r"complete +true")
 
 
 class RepeatTest(VogTest):

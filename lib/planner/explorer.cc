@@ -128,7 +128,10 @@ bool Explorer::Hold(const std::string& reason, const Waypoint& at) {
 }
 
 void Explorer::SpendBudget(const Waypoint& at, Time now, int submaps) {
-  if (!started_at_) started_at_ = now;
+  if (!started_at_) {
+    started_at_ = now;
+    earlier_submaps_ = submaps;
+  }
   if (last_at_) flown_m_ += LengthOf(*last_at_, at);
   last_at_ = at;
   if (state_ == ExplorerState::kReturning) return;
@@ -384,7 +387,7 @@ bool Explorer::FlyToVisit(const OccupancyMap& map, const CollisionChecker& check
 
 FlightTime Explorer::TimeSpent() const {
   const double all_s = ToSeconds(now_ - *started_at_);
-  return {all_s, visits_s_, all_s / std::max(1, submaps_)};
+  return {all_s, visits_s_, all_s / std::max(1, submaps_ - earlier_submaps_)};
 }
 
 bool Explorer::Localise(const OccupancyMap& map, const Waypoint& at) {

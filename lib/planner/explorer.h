@@ -176,7 +176,7 @@ class Explorer {
   std::optional<Plan> plan_;
   PlanKind kind_ = PlanKind::kHold;
   Time now_, planned_at_, checked_at_;
-  int submaps_ = 0;
+  int submaps_ = 0, earlier_submaps_ = 0;  // Now, and when the flight began.
   std::optional<Time> looked_at_;
   std::vector<FreeBubble> bubbles_;  // Around the starts, the first one's at first.
   std::optional<Time> started_at_;

@@ -341,6 +341,16 @@ TEST_F(LocalisingTest, SeesASubmapAgainAndGoesOn) {
   EXPECT_TRUE(explorer_->is_home());
 }
 
+TEST_F(LocalisingTest, KnowsHowLongASubmapTakesOnTheMapOfEarlierFlights) {
+  options_.revisit_share = 0.3;
+  mission_.max_submaps = 1000;
+  submaps_ = 500;
+  Restart();
+  FlyOffered(0.9);
+  EXPECT_GE(visits_, 1);
+  EXPECT_GT(seen_again_, 20);
+}
+
 TEST_F(LocalisingTest, DoesNotWaitForeverForASubmap) {
   options_.revisit_share = 0.3;
   Restart();

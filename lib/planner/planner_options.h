@@ -121,7 +121,7 @@ struct PlannerOptions {
   double uncertainty_sigmas = 2;
   double max_uncertainty_m = 0.6;
   double bubble_radius_m = 1.2;
-  double revisit_share = 0.15;
+  double revisit_share = 0;
   double goal_tolerance_m = 0.15;
   double goal_tolerance_rad = 0.1;
 
@@ -158,7 +158,7 @@ struct PlannerOptions {
       "where the sonar has looked");
     v("revisit_share", revisit_share, Between(0, 1),
       "most of the mission's time that may go into seeing earlier submaps again, where a loop "
-      "closure would make the map more certain; 0: none");
+      "closure would make the map more certain, 0.15 for example; 0: none");
     v("goal_tolerance_m", goal_tolerance_m, Between(0.01, 5), "an edge is done this near its end");
     v("goal_tolerance_rad", goal_tolerance_rad, Between(0.01, 3), "and turned this near to it");
   }

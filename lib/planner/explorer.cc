@@ -265,6 +265,8 @@ std::optional<CollisionChecker> Explorer::CheckerFor(const OccupancyMap& map, co
   return std::nullopt;
 }
 
+bool Explorer::KeepsAllClearances() const { return flight_share_ >= kFlightShare; }
+
 bool Explorer::Explore(const OccupancyMap& map, const Waypoint& at) {
   const auto checker = CheckerFor(map, at);
   if (!checker) return false;
@@ -335,7 +337,8 @@ bool Explorer::ReturnHome(const OccupancyMap& map, const Waypoint& at) {
   }
   const auto checker = CheckerFor(map, at);
   if (!checker || ways_home_ == kMaxWaysHome) return false;
-  auto way = WayTo(map, *checker, at, {*home_W_, at.yaw_rad}, kHome_m, kAllHeadings);
+  routes_->Search(map, *checker, at);
+  auto way = WayTo(map, *checker, {*home_W_, at.yaw_rad}, kHome_m, kAllHeadings);
   if (!way) return false;
   ++ways_home_;
   SetPlan(std::move(*way), PlanKind::kPath);
@@ -344,9 +347,8 @@ bool Explorer::ReturnHome(const OccupancyMap& map, const Waypoint& at) {
 
 std::optional<std::vector<Waypoint>> Explorer::WayTo(const OccupancyMap& map,
                                                      const CollisionChecker& checker,
-                                                     const Waypoint& at, const Waypoint& goal,
-                                                     double near_m, HeadingSet headings) {
-  routes_->Search(map, checker, at);
+                                                     const Waypoint& goal, double near_m,
+                                                     HeadingSet headings) {
   for (int tries = 0; tries < kPlacesTried; ++tries) {
     const auto place = routes_->ReachedNear(goal.position_W_m, near_m, headings);
     if (!place) return std::nullopt;
@@ -359,13 +361,13 @@ bool Explorer::BeginVisit(const OccupancyMap& map, const CollisionChecker& check
                           const Waypoint& at) {
   // Nobody asks for the flight: it keeps to all of the clearances.
   const FlightTime time = TimeSpent();
-  if (flight_share_ < kFlightShare || !revisits_->IsNew() || !revisits_->IsWorthASearch(at, time))
+  if (!KeepsAllClearances() || !revisits_->IsNew() || !revisits_->IsWorthASearch(at, time))
     return false;
   routes_->Search(map, checker, at);
   const auto place = revisits_->Best(*routes_, time);
   if (!place) return false;
   visit_ = Visit{*place, state_, now_};
-  if (!FlyToVisit(map, checker, at)) {
+  if (!FlyToVisit(map, checker)) {
     visit_.reset();
     return false;
   }
@@ -374,10 +376,9 @@ bool Explorer::BeginVisit(const OccupancyMap& map, const CollisionChecker& check
   return true;
 }
 
-bool Explorer::FlyToVisit(const OccupancyMap& map, const CollisionChecker& checker,
-                          const Waypoint& at) {
+bool Explorer::FlyToVisit(const OccupancyMap& map, const CollisionChecker& checker) {
   const Waypoint& first = visit_->place.first;
-  auto way = WayTo(map, checker, at, first, kRevisitNear_m, 1u << HeadingOfYaw(first.yaw_rad));
+  auto way = WayTo(map, checker, first, kRevisitNear_m, 1u << HeadingOfYaw(first.yaw_rad));
   if (!way) return false;
   // The lattice ends beside the place; the vehicle fitted there once.
   if (checker.IsEdgeFree(map, way->back(), first)) way->push_back(first);
@@ -401,8 +402,10 @@ bool Explorer::Localise(const OccupancyMap& map, const Waypoint& at) {
     visit_->arrived = now_;
     visit_->submaps_at_arrival = submaps_;
   }
-  const bool is_roomy = flight_share_ == kFlightShare;
-  if (!visit_->arrived && is_roomy && FlyToVisit(map, *checker, at)) return true;
+  if (!visit_->arrived && KeepsAllClearances()) {
+    routes_->Search(map, *checker, at);
+    if (FlyToVisit(map, *checker)) return true;
+  }
   if (!visit_->arrived || IsVisitOver()) {
     EndVisit();
     return false;

@@ -117,7 +117,7 @@ class Explorer {
   /// Begins to see a submap again if that is worth its time.
   bool BeginVisit(const OccupancyMap& map, const CollisionChecker& checker, const Waypoint& at);
   /// To where the submap of the visit began.
-  bool FlyToVisit(const OccupancyMap& map, const CollisionChecker& checker, const Waypoint& at);
+  bool FlyToVisit(const OccupancyMap& map, const CollisionChecker& checker);
   /// The next path of a visit; false when there is none, or it is over.
   bool Localise(const OccupancyMap& map, const Waypoint& at);
   /// To and fro where the submap was made.
@@ -127,11 +127,10 @@ class Explorer {
   FlightTime TimeSpent() const;
   bool Revisit(const OccupancyMap& map, const Waypoint& at);
   bool ReturnHome(const OccupancyMap& map, const Waypoint& at);
-  /// A way to `goal`, or near it, and a turn to its heading.
+  /// A way to `goal`, or near it, and a turn to its heading. @pre routes_ was searched.
   std::optional<std::vector<Waypoint>> WayTo(const OccupancyMap& map,
-                                             const CollisionChecker& checker, const Waypoint& at,
-                                             const Waypoint& goal, double near_m,
-                                             HeadingSet headings);
+                                             const CollisionChecker& checker, const Waypoint& goal,
+                                             double near_m, HeadingSet headings);
   /// Whether to plan once more, at home, after nothing was left to gain elsewhere: on the way the
   /// map has moved, and the vehicle may know better where it is, so that passages are open that
   /// were not. Each time that less is unseen than the time before.
@@ -147,6 +146,8 @@ class Explorer {
   double FreeShareAt(const OccupancyMap& map, const Waypoint& at) const;
   /// The rules to plan with from `at`; nothing where it offers too little.
   std::optional<CollisionChecker> CheckerFor(const OccupancyMap& map, const Waypoint& at);
+  /// Whether those are the rules with all of the clearances.
+  bool KeepsAllClearances() const;
 
   void SetPlan(std::vector<Waypoint> path, PlanKind kind, std::vector<TreeNode> tree = {},
                int best = -1);

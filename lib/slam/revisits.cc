@@ -37,6 +37,7 @@ class Variances {
   std::size_t next_ = 0;
 };
 
+/// Spread evenly, the newest being the last.
 std::vector<NodeId> SampleOf(const std::map<NodeId, Pose3>& nodes) {
   std::vector<NodeId> ids;
   for (const auto& [id, X_W] : nodes) ids.push_back(id);
@@ -106,14 +107,14 @@ std::map<SubmapId, double> ExpectRevisits(const PoseGraph& graph,
   }
   if (closures.empty()) return {};
 
-  pairs = {{first, newest}};
+  pairs.clear();
   for (const NodeId k : sample) pairs.emplace_back(k, newest);
   for (const Closure& closure : closures) {
     pairs.emplace_back(first, closure.target);
     for (const NodeId k : sample) pairs.emplace_back(closure.target, k);
   }
   Variances far(graph, std::move(pairs));
-  const double V_0N = far.NextVariance();
+  const double V_0N = V_0k.back();
   std::vector<double> V_kN;
   for (std::size_t s = 0; s < sample.size(); ++s) V_kN.push_back(far.NextVariance());
   std::map<SubmapId, double> gains;

@@ -252,25 +252,22 @@ void Slam::KeepIfNeeded(SubmapId newest) {
     others.push_back(other.get());
     X_ik.push_back(PredictedX_ik(id, newest));
   }
-  if (!IsNeeded(settings_.loop_closure, others, shape, X_ik)) {
-    shapes_.erase(newest);
-  } else if (const auto information = OwnInformation(shape)) {
-    own_information_[newest] = *information;
-  }
+  if (!IsNeeded(settings_.loop_closure, others, shape, X_ik)) shapes_.erase(newest);
 }
 
-std::optional<Mat3> Slam::OwnInformation(const SubmapShape& shape) const {
+Mat3 Slam::OwnInformation(const SubmapShape& shape) const {
   LoopClosureOptions options = settings_.loop_closure;
   options.both_ways = false;
   const auto itself = Register(settings_.registration, shape.cloud, shape.cloud, Pose3::Identity());
   const LoopClosure loop = Judge(options, settings_.registration, itself, shape, shape,
                                  Pose3::Identity(), kNoPrediction);
-  if (!loop.accepted) return std::nullopt;
-  return PlanarOf(loop.constraint.Information());
+  return loop.accepted ? PlanarOf(loop.constraint.Information()) : Mat3::Zero();
 }
 
-std::map<SubmapId, double> Slam::ExpectedRevisits() const {
-  if (own_information_.empty()) return {};
+std::map<SubmapId, double> Slam::ExpectedRevisits() {
+  if (shapes_.empty()) return {};
+  for (const auto& [id, shape] : shapes_)
+    if (!own_information_.count(id)) own_information_[id] = OwnInformation(*shape);
   const auto variance_m2 = [](const SubmapAnchor& anchor) {
     return anchor.body_drift.topLeftCorner<2, 2>().trace();
   };

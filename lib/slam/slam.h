@@ -3,7 +3,6 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -109,7 +108,8 @@ class Slam {
 
   /// What seeing earlier submaps again would gain (ExpectRevisits()); without loop closures
   /// nothing.
-  std::map<SubmapId, double> ExpectedRevisits() const;
+  /// Registers each submap that loops are closed with with itself, once.
+  std::map<SubmapId, double> ExpectedRevisits();
 
  private:
   void AddNode(const Submap& submap);
@@ -130,8 +130,8 @@ class Slam {
   bool DropContradicting();
   /// Forgets the newest submap's shape where enough others hold its content already.
   void KeepIfNeeded(SubmapId newest);
-  /// What a closure of a submap with its like tells of (x, y, yaw); nothing if there would be none.
-  std::optional<Mat3> OwnInformation(const SubmapShape& shape) const;
+  /// What a closure of a submap with its like tells of (x, y, yaw); zero if there would be none.
+  Mat3 OwnInformation(const SubmapShape& shape) const;
   void UpdateCovariances();
   /// From covariances between nodes to those of the body's motions.
   void AddBodyDrift(const std::vector<std::pair<NodeId, NodeId>>& pairs,
@@ -144,7 +144,7 @@ class Slam {
   std::map<SubmapId, SubmapAnchor> anchors_;
   std::map<SubmapId, Pose3> X_WM_;
   std::map<SubmapId, std::unique_ptr<SubmapShape>> shapes_;  ///< Those that loops are closed with.
-  std::map<SubmapId, Mat3> own_information_;  ///< Of those of shapes_ that can be recognised.
+  std::map<SubmapId, Mat3> own_information_;  ///< Of shapes_, as ExpectedRevisits() left them.
   std::vector<Closure> closures_;
   std::map<SubmapId, PlaceCovariance> covariances_;
   std::int64_t version_ = 0;

@@ -330,10 +330,7 @@ TEST_F(PlannerNodeTest, DamagedBytesAreCountedAndHarmless) {
   damaged += SayDamaged(bench_, outputs::kScan, ToMessage(vehicle_.ScanAt({}, 0)), random);
   damaged += SayDamaged(bench_, outputs::kNav, ToMessage(vehicle_.SampleAt({})), random);
   damaged += SayDamaged(bench_, outputs::kMapStatus, bench_.Last(outputs::kMapStatus), random);
-  revisits_t revisits{};  // More than all of the error.
-  revisits.submap_id = {0};
-  revisits.gain = {1.5};
-  revisits.count = 1;
+  const revisits_t revisits = ToMessage(std::map<SubmapId, double>{{0, 1.5}});  // More than all.
   damaged += SayDamaged(bench_, outputs::kRevisits, revisits, random);
   bench_.Say(outputs::kRevisits, revisits, bench_.queue.now());
   pose_estimate_t pose{};  // No rotations.
@@ -358,11 +355,9 @@ TEST_F(PlannerNodeTest, FliesToASubmapThatIsWorthBeingSeenAgain) {
     Start();
     vehicle_.Drive(20 * kScansPerSubmap);
     ASSERT_EQ(bench_.Last(outputs::kMissionStatus).state, "exploring");
-    revisits_t revisits{};
-    revisits.submap_id = {bench_.Last(outputs::kMapStatus).submaps - 1, 777};
-    revisits.gain = {1, 1};
-    revisits.count = 2;
-    bench_.Say(outputs::kRevisits, revisits, bench_.queue.now());
+    const SubmapId newest = bench_.Last(outputs::kMapStatus).submaps - 1;
+    bench_.Say(outputs::kRevisits, ToMessage(std::map<SubmapId, double>{{newest, 1}, {777, 1}}),
+               bench_.queue.now());
     bench_.Forget();
     // It goes on with a new plan.
     for (const char* command : {"pause", "resume"}) {

@@ -92,6 +92,7 @@ void SlamNode::OnReset() {
   slam_ = std::make_unique<Slam>(settings_.slam);
   waiting_.clear();
   odometry_.clear();
+  revisits_ = {};
 }
 
 void SlamNode::OnSubmap(const SubmapPtr& submap) {
@@ -119,9 +120,11 @@ void SlamNode::PublishSolution(Time time) {
   graph_t graph = ToMessage(*slam_);
   graph.version = version_;
   endpoint_.Publish(outputs::kGraph, graph, time);
-  revisits_t revisits = vog::ToMessage(slam_->ExpectedRevisits());
-  revisits.version = version_;
-  endpoint_.Publish(outputs::kRevisits, revisits, time);
+  if (revisits_.version != version_) {
+    revisits_ = vog::ToMessage(slam_->ExpectedRevisits());
+    revisits_.version = version_;
+  }
+  endpoint_.Publish(outputs::kRevisits, revisits_, time);
 }
 
 void SlamNode::OnMapStatus(const map_status_t& status) {

@@ -67,6 +67,7 @@ class SlamNode {
   std::optional<SubmapBase> open_;
   std::optional<Last> last_;
   std::int64_t version_ = 0;  // Grows over resets, too.
+  revisits_t revisits_{};     // Of the version that it tells.
   Time newest_;
   SubmapReceiver receiver_;
 };

@@ -104,7 +104,7 @@ Rerun RerunSlam(const StoredMap& map, const SlamSettings& settings, const FaultO
     show(static_cast<double>(seconds.size()) / static_cast<double>(map.submaps.size()));
     const Stopwatch stopwatch;
     slam.AddSubmap(submap);
-    revisits = slam.ExpectedRevisits();
+    revisits = slam.ExpectedRevisits();  // vog-slam asks after each, too.
     seconds.push_back(stopwatch.seconds());
   }
   show(1);

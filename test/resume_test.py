@@ -121,8 +121,9 @@ class ResumeTest(VogTest):
         self.assertLess(metrics["rmse_m"]["vog"], 0.2)
 
     def test_the_vehicle_may_be_put_in_elsewhere(self):
+        # With room to turn: a start takes that for free.
         for name, place in (("start", ["put_in.place=start"]),
-                            ("place", ["put_in.place=place", "put_in.position_m=[2.0, 2.0, 0.0]"])):
+                            ("place", ["put_in.place=place", "put_in.position_m=[1.2, 1.6, 0.0]"])):
             with self.subTest(name):
                 metrics = self.metrics(self.fly(name, "--resume", self.old, "--set", *place,
                                                 budget=FIRST + 2))

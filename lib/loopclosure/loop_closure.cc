@@ -1,39 +1,16 @@
 #include "lib/loopclosure/loop_closure.h"
 
 #include <algorithm>
+#include <functional>
+#include <set>
 
 #include "lib/geometry/odometry.h"
 
 namespace vog {
 namespace {
 
-std::unordered_set<VoxelKey> CellsAround(const VoxelGrid& cells, const std::vector<Vec3>& points) {
-  std::unordered_set<VoxelKey> occupied;
-  for (const Vec3& p : points) {
-    const VoxelKey key = cells.KeyOf(p);
-    for (int dz = -1; dz <= 1; ++dz)
-      for (int dy = -1; dy <= 1; ++dy)
-        for (int dx = -1; dx <= 1; ++dx) occupied.insert({key.x + dx, key.y + dy, key.z + dz});
-  }
-  return occupied;
-}
-
-std::vector<Vec3> Transformed(const Pose3& X, std::vector<Vec3> points) {
-  for (Vec3& p : points) p = X * p;
-  return points;
-}
-
-/// Calls `use` with all points of a cloud, or `most` of them spread evenly over it; returns how
-/// many.
-template <class Use>
-std::size_t ForSpreadPoints(const RegistrationCloud& cloud, std::size_t most, Use use) {
-  const std::size_t used = std::min(most, cloud.size());
-  for (std::size_t u = 0; u < used; ++u) use(cloud.points()[u * cloud.size() / used]);
-  return used;
-}
-
 /// Covariance that the drift inside both submaps adds to X_ik, right perturbation.
-Mat6 ContentDrift(const SubmapShape& target, const SubmapShape& source, const Pose3& X_ik) {
+Mat6 ContentDrift(const SubmapRegion& target, const SubmapShape& source, const Pose3& X_ik) {
   const Mat3 Ad_ki = PlanarAdjointOf(X_ik.inverse());
   return PlanarTo6(Ad_ki * target.content_drift * Ad_ki.transpose() + source.content_drift);
 }
@@ -41,6 +18,39 @@ Mat6 ContentDrift(const SubmapShape& target, const SubmapShape& source, const Po
 /// Registrations of one submap share half of their error, its own voxels'. Counted twice, the few
 /// that a submap usually has promise together about what they should.
 constexpr double kSharedErrors = 2;
+
+/// The members of a region are placed by the edges that its closure is put beside in the graph, and
+/// a submap's closures with several regions share the drift inside it.
+constexpr double kSharedByMembers = 2;
+
+/// A region that overlaps too little is given up; others may do.
+constexpr int kTriesPerRegion = 2;
+
+/// Joins `region` with others; returns with which.
+std::set<SubmapId> Join(const LoopClosureOptions& options, const IcpOptions& icp,
+                        const PoseGraph& graph, const std::vector<LoopCandidate>& others,
+                        LoopCandidate& region) {
+  std::vector<std::pair<NodeId, NodeId>> pairs;
+  for (const LoopCandidate& other : others) pairs.emplace_back(other.id, region.id);
+  const std::vector<Mat6> covariances = graph.RoughRelativeCovariances(pairs);
+  std::vector<std::size_t> near;
+  for (std::size_t o = 0; o < covariances.size(); ++o)
+    if (HorizontalSigma(covariances[o]) <= icp.end_distance_m / 2) near.push_back(o);
+  std::stable_sort(near.begin(), near.end(), [&](std::size_t a, std::size_t b) {
+    return others[a].predicted_overlap > others[b].predicted_overlap;
+  });
+  near.resize(std::min(near.size(), static_cast<std::size_t>(options.region_submaps - 1)));
+  std::set<SubmapId> joined;
+  region.members = {{region.shape}};
+  for (const std::size_t o : near) {
+    const LoopCandidate& other = others[o];
+    region.members.push_back(
+        {other.shape, Ominus(graph.X_W(region.id), graph.X_W(other.id)), PlanarOf(covariances[o])});
+    region.Cover(other.covered);
+    joined.insert(other.id);
+  }
+  return joined;
+}
 
 bool HasOccupiedNear(const BrickGrid& grid, const VoxelKey& key, LogOddsUnits occupied_from) {
   constexpr std::int32_t kNear = 2;
@@ -51,50 +61,26 @@ bool HasOccupiedNear(const BrickGrid& grid, const VoxelKey& key, LogOddsUnits oc
   return false;
 }
 
-}  // namespace
+/// Of the points of a source in voxels that a target knows.
+struct SeenPoints {
+  int known = 0, in_water = 0;
+};
 
-Mat6 BodyCovariance(const Mat6& covariance_of_frames, const Pose3& X_ik, const SubmapAnchor& i,
-                    const SubmapAnchor& k) {
-  const Mat6 Ad_ki = AdjointOf(X_ik.inverse());
-  return covariance_of_frames + Ad_ki * PlanarTo6(i.body_drift) * Ad_ki.transpose() +
-         PlanarTo6(k.body_drift);
-}
-
-Mat3 FeignedTurn(const Mat3& drift, const std::vector<Vec3>& points_C) {
-  if (points_C.empty()) return Mat3::Zero();
-  const auto count = static_cast<double>(points_C.size());
-  Vec3 middle = Vec3::Zero();
-  for (const Vec3& p : points_C) middle += p / count;
-  double r2_m2 = 0;
-  for (const Vec3& p : points_C) r2_m2 += (p - middle).head<2>().squaredNorm() / count;
-  if (r2_m2 == 0) return Mat3::Zero();
-  const double variance_rad2 = drift.topLeftCorner<2, 2>().trace() / 2 / (10 * r2_m2);
-  const Vec3 turn_in_C(middle.y(), -middle.x(), 1);
-  return variance_rad2 * turn_in_C * turn_in_C.transpose();
-}
-
-SubmapShape::SubmapShape(const SubmapPtr& submap, const SubmapAnchor& anchor,
-                         LogOddsUnits occupied_from, const LoopClosureOptions& options,
-                         const IcpOptions& icp)
-    : submap(submap),
-      id(submap->id()),
-      anchor(anchor),
-      occupied_from(occupied_from),
-      cloud(Transformed(anchor.X_MC.inverse(),
-                        OccupiedPoints(submap->grid, occupied_from, options.min_neighbours)),
-            icp.normal_radius_m, Vec3::Zero()),
-      content_drift(anchor.content_drift + FeignedTurn(submap->drift, cloud.points())),
-      cells(options.cell_m),
-      occupied_cells(CellsAround(cells, cloud.points())) {}
-
-double PredictOverlap(const SubmapShape& target, const SubmapShape& source, const Pose3& X_ik,
-                      std::size_t most_points) {
-  std::size_t shared = 0;
-  const std::size_t used = ForSpreadPoints(source.cloud, most_points, [&](const Vec3& p_k) {
-    shared += target.occupied_cells.count(target.cells.KeyOf(X_ik * p_k));
+SeenPoints PointsSeen(const SubmapShape& target, const SubmapShape& source, const Pose3& X_ik,
+                      std::size_t most) {
+  const BrickGrid& grid = target.submap->grid;
+  const Pose3 X_Mk = target.anchor.X_MC * X_ik;
+  SeenPoints seen;
+  ForSpreadPoints(source.cloud, most, [&](const Vec3& p_k) {
+    const VoxelKey key = grid.grid().KeyOf(X_Mk * p_k);
+    if (grid.Get(key) == kUnknownUnits) return;
+    ++seen.known;
+    seen.in_water += !HasOccupiedNear(grid, key, target.occupied_from);
   });
-  return used == 0 ? 0 : static_cast<double>(shared) / static_cast<double>(used);
+  return seen;
 }
+
+}  // namespace
 
 std::vector<LoopCandidate> FindCandidates(const LoopClosureOptions& options,
                                           const std::vector<const SubmapShape*>& targets,
@@ -103,10 +89,38 @@ std::vector<LoopCandidate> FindCandidates(const LoopClosureOptions& options,
   std::vector<LoopCandidate> candidates;
   for (std::size_t i = 0; i < targets.size(); ++i) {
     if (source.id - targets[i]->id < options.min_separation) continue;
-    const double overlap = PredictOverlap(*targets[i], source, X_ik[i]);
-    if (overlap >= options.min_predicted_overlap) candidates.push_back({targets[i]->id, overlap});
+    LoopCandidate candidate{targets[i]->id};
+    candidate.shape = targets[i];
+    candidate.Cover(PointsIn(*targets[i], source, X_ik[i]));
+    if (candidate.predicted_overlap > 0) candidates.push_back(std::move(candidate));
   }
   return candidates;
+}
+
+void LoopCandidate::Cover(const std::vector<bool>& points) {
+  covered.resize(points.size());
+  std::transform(points.begin(), points.end(), covered.begin(), covered.begin(), std::logical_or());
+  const auto count = std::count(covered.begin(), covered.end(), true);
+  predicted_overlap =
+      covered.empty() ? 0 : static_cast<double>(count) / static_cast<double>(covered.size());
+}
+
+std::vector<LoopCandidate> JoinRegions(const LoopClosureOptions& options, const IcpOptions& icp,
+                                       const PoseGraph& graph,
+                                       std::vector<LoopCandidate> candidates) {
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const auto& a, const auto& b) { return a.information > b.information; });
+  std::vector<LoopCandidate> regions;
+  for (int tries = 0; tries < kTriesPerRegion * options.max_candidates; ++tries) {
+    if (candidates.empty() || static_cast<int>(regions.size()) == options.max_candidates) break;
+    LoopCandidate region = std::move(candidates.front());
+    candidates.erase(candidates.begin());
+    const auto joined = Join(options, icp, graph, candidates, region);
+    if (joined.empty() || region.predicted_overlap < options.min_predicted_overlap) continue;
+    std::erase_if(candidates, [&](const auto& other) { return joined.count(other.id) != 0; });
+    regions.push_back(std::move(region));
+  }
+  return regions;
 }
 
 bool IsNeeded(const LoopClosureOptions& options, const std::vector<const SubmapShape*>& targets,
@@ -116,14 +130,13 @@ bool IsNeeded(const LoopClosureOptions& options, const std::vector<const SubmapS
   const std::size_t used = ForSpreadPoints(source.cloud, kMaxPoints, [&](const Vec3& p_k) {
     int holders = 0;
     for (std::size_t i = 0; i < targets.size() && holders < options.enough_targets; ++i)
-      holders += static_cast<int>(
-          targets[i]->occupied_cells.count(targets[i]->cells.KeyOf(X_ik[i] * p_k)));
+      holders += targets[i]->HasNear(X_ik[i] * p_k);
     needed += holders < options.enough_targets;
   });
   return 2 * needed >= used;
 }
 
-double ExpectedInformation(const IcpOptions& icp, const SubmapShape& target,
+double ExpectedInformation(const IcpOptions& icp, const SubmapRegion& target,
                            const SubmapShape& source, const Pose3& X_ik,
                            const LoopCandidate& candidate) {
   const double radius_m = source.cloud.radius_m();
@@ -142,23 +155,28 @@ void KeepBest(const LoopClosureOptions& options, double LoopCandidate::*merit,
     candidates.erase(candidates.begin() + options.max_candidates, candidates.end());
 }
 
-double ShareInFreeWater(const SubmapShape& target, const SubmapShape& source, const Pose3& X_ik) {
+double ShareInFreeWater(const SubmapRegion& target, const SubmapShape& source, const Pose3& X_ik) {
   constexpr std::size_t kMaxPoints = 800;
-  const BrickGrid& grid = target.submap->grid;
-  const Pose3 X_Mk = target.anchor.X_MC * X_ik;
-  int known = 0, in_water = 0;
-  ForSpreadPoints(source.cloud, kMaxPoints, [&](const Vec3& p_k) {
-    const VoxelKey key = grid.grid().KeyOf(X_Mk * p_k);
-    if (grid.Get(key) == kUnknownUnits) return;
-    ++known;
-    in_water += !HasOccupiedNear(grid, key, target.occupied_from);
-  });
-  return known == 0 ? 0 : static_cast<double>(in_water) / known;
+  SeenPoints there, back;
+  const auto add = [](SeenPoints& sum, const SeenPoints& seen) {
+    sum.known += seen.known;
+    sum.in_water += seen.in_water;
+  };
+  for (const SubmapRegion::Member& member : target.members) {
+    const Pose3 X_mk = Ominus(member.X_im, X_ik);
+    const std::size_t most = kMaxPoints / target.members.size();
+    add(there, PointsSeen(*member.shape, source, X_mk, most));
+    add(back, PointsSeen(source, *member.shape, X_mk.inverse(), most));
+  }
+  const auto share = [](const SeenPoints& seen) {
+    return seen.known == 0 ? 0 : static_cast<double>(seen.in_water) / seen.known;
+  };
+  return std::max(share(there), share(back));
 }
 
 bool AgreesTheOtherWay(const IcpOptions& icp, const IcpResult& registration,
-                       const SubmapShape& target, const SubmapShape& source) {
-  const IcpResult back = Register(icp, source.cloud, target.cloud, registration.X_ik.inverse());
+                       const SubmapRegion& target, const SubmapShape& source) {
+  const IcpResult back = Register(icp, source.cloud, *target.cloud, registration.X_ik.inverse());
   if (!back.usable) return false;
   const Vec6 difference = Log(Ominus(registration.X_ik, back.X_ik.inverse()));
   // Both have about the same covariance.
@@ -174,12 +192,12 @@ LoopClosure Reject(LoopClosure closure, std::string reason) {
 }
 
 LoopClosure Judge(const LoopClosureOptions& options, const IcpOptions& icp, const IcpResult& result,
-                  const SubmapShape& target, const SubmapShape& source, const Pose3& predicted_X_ik,
-                  const Mat6& predicted_covariance) {
+                  const SubmapRegion& target, const SubmapShape& source,
+                  const Pose3& predicted_X_ik, const Mat6& predicted_covariance) {
   LoopClosure closure;
-  closure.from = target.id;
+  closure.from = target.id();
   closure.to = source.id;
-  closure.constraint.from = target.id;
+  closure.constraint.from = target.id();
   closure.constraint.to = source.id;
   closure.constraint.X_ik = result.X_ik;
   closure.overlap = result.overlap;
@@ -192,16 +210,16 @@ LoopClosure Judge(const LoopClosureOptions& options, const IcpOptions& icp, cons
   if (result.overlap < options.min_overlap) return Reject(closure, "small overlap");
   if (result.rmse_m > options.max_rmse_m) return Reject(closure, "large residual");
 
+  const double shared = target.members.size() > 1 ? kSharedByMembers : 1;
   const Mat6 covariance =
-      kSharedErrors * result.covariance + ContentDrift(target, source, result.X_ik);
+      shared * (kSharedErrors * result.covariance + ContentDrift(target, source, result.X_ik));
   closure.constraint.whitening = PartialWhiteningOf(result.basis, covariance);
   const Vec6 innovation = Log(Ominus(result.X_ik, predicted_X_ik));
   const Whitening gate = PartialWhiteningOf(result.basis, covariance + predicted_covariance);
   closure.chi_square = (gate * innovation).squaredNorm();
   if (closure.chi_square > ChiSquare99(closure.directions))
     return Reject(closure, "contradicts the graph");
-  const double in_free_water = std::max(ShareInFreeWater(target, source, result.X_ik),
-                                        ShareInFreeWater(source, target, result.X_ik.inverse()));
+  const double in_free_water = ShareInFreeWater(target, source, result.X_ik);
   if (in_free_water > options.max_share_in_free_water)
     return Reject(closure, "points in free water");
   if (options.both_ways && !AgreesTheOtherWay(icp, result, target, source))

@@ -75,7 +75,7 @@ TEST_F(LoopClosureTest, PredictedOverlapIsTheBruteForceShare) {
   EXPECT_EQ(PredictOverlap(target, ShapeOf(SubmapOf(1, {}, X_Wi_)), Pose3::Identity()), 0);
 }
 
-TEST_F(LoopClosureTest, CandidatesAreThoseWithEnoughOverlapFarEnoughApart) {
+TEST_F(LoopClosureTest, CandidatesAreThoseThatOverlapFarEnoughApart) {
   std::vector<std::unique_ptr<SubmapShape>> shapes;
   std::vector<const SubmapShape*> targets;
   std::vector<Pose3> X_ik;
@@ -88,10 +88,9 @@ TEST_F(LoopClosureTest, CandidatesAreThoseWithEnoughOverlapFarEnoughApart) {
     X_ik.push_back(Ominus(X_Wi, X_Wk_));
   }
   options_.min_separation = 3;
-  options_.min_predicted_overlap = 0.05;
   std::vector<SubmapId> expected;
   for (int i = 0; i < 9; ++i)
-    if (source.id - i >= 3 && PredictOverlap(*targets[i], source, X_ik[i]) >= 0.05)
+    if (source.id - i >= 3 && PredictOverlap(*targets[i], source, X_ik[i]) > 0)
       expected.push_back(i);
   ASSERT_GT(expected.size(), 2u);
   ASSERT_LT(expected.size(), 7u);
@@ -101,8 +100,10 @@ TEST_F(LoopClosureTest, CandidatesAreThoseWithEnoughOverlapFarEnoughApart) {
     EXPECT_EQ(candidates[c].id, expected[c]);
     EXPECT_EQ(candidates[c].predicted_overlap,
               PredictOverlap(*targets[expected[c]], source, X_ik[expected[c]]));
+    EXPECT_EQ(candidates[c].shape, targets[expected[c]]);
+    EXPECT_EQ(candidates[c].covered, PointsIn(*targets[expected[c]], source, X_ik[expected[c]]));
   }
-  options_.min_predicted_overlap = 1;
+  options_.min_separation = 10;
   EXPECT_TRUE(FindCandidates(options_, targets, source, X_ik).empty());
 }
 

@@ -63,12 +63,12 @@ std::vector<SearchPlace> SearchPlaces(const IcpOptions& icp, const SubmapShape& 
   return places;
 }
 
-SearchResult RegisterFrom(const IcpOptions& icp, const SubmapShape& target,
+SearchResult RegisterFrom(const IcpOptions& icp, const SubmapRegion& target,
                           const SubmapShape& source, const std::vector<Pose3>& starts) {
   std::vector<IcpResult> results;
   double largest_overlap = 0;
   for (const Pose3& start : starts) {
-    results.push_back(Register(icp, target.cloud, source.cloud, start));
+    results.push_back(Register(icp, *target.cloud, source.cloud, start));
     if (results.back().usable) largest_overlap = std::max(largest_overlap, results.back().overlap);
   }
   SearchResult found{results.front(), false};

@@ -31,7 +31,7 @@ struct SearchResult {
   bool is_ambiguous = false;  ///< Another one, elsewhere, has residuals about as small.
 };
 /// @pre there are starts.
-SearchResult RegisterFrom(const IcpOptions& icp, const SubmapShape& target,
+SearchResult RegisterFrom(const IcpOptions& icp, const SubmapRegion& target,
                           const SubmapShape& source, const std::vector<Pose3>& starts);
 
 }  // namespace vog

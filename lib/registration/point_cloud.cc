@@ -54,4 +54,10 @@ RegistrationCloud::RegistrationCloud(std::vector<Vec3> points, double normal_rad
   }
 }
 
+RegistrationCloud::RegistrationCloud(std::vector<Vec3> points, std::vector<LocalPlane> planes)
+    : points_(std::move(points)),
+      planes_(std::move(planes)),
+      radius_m_(RadiusOf(points_)),
+      tree_(std::make_unique<KdTree>(points_)) {}
+
 }  // namespace vog

@@ -21,6 +21,8 @@ class RegistrationCloud {
   /// Normals are those of the plane through each point's neighbours within `normal_radius_m`,
   /// turned to the side of `seen_from`. Points without a plane get a zero normal. O(n log n).
   RegistrationCloud(std::vector<Vec3> points, double normal_radius_m, const Vec3& seen_from);
+  /// Their planes are known. @pre there are as many.
+  RegistrationCloud(std::vector<Vec3> points, std::vector<LocalPlane> planes);
   RegistrationCloud(const RegistrationCloud&) = delete;
   RegistrationCloud& operator=(const RegistrationCloud&) = delete;
 

@@ -12,6 +12,8 @@ namespace {
 
 /// Used where the graph cannot tell its own uncertainty: no closure is refused for its place.
 const Mat6 kNoPrediction = 1e6 * Mat6::Identity();
+/// Of a new submap: the second confirms the first.
+constexpr int kEnoughFullClosures = 2;
 /// Added to each edge's covariance: without any drift it would have no inverse.
 const Mat6 kLeastCovariance = 1e-12 * Mat6::Identity();
 
@@ -114,6 +116,22 @@ G2oGraph Slam::ToG2o() const {
 void Slam::CloseLoops(const SubmapShape& source) {
   const auto lost = LostCandidates(source);
   if (!lost.empty()) FindItself(source, lost);
+  const LoopClosureOptions& options = settings_.loop_closure;
+  const std::vector<LoopCandidate> candidates = OverlappingSubmaps(source);
+  auto alone = candidates;
+  std::erase_if(alone, [&](const LoopCandidate& candidate) {
+    return candidate.predicted_overlap < options.min_predicted_overlap;
+  });
+  KeepBest(options, &LoopCandidate::information, alone);
+  CloseWith(source, std::move(alone));
+  if (options.region_submaps == 1 || FullClosuresOf(source.id) >= kEnoughFullClosures) return;
+  auto others = candidates;
+  std::erase_if(others,
+                [&](const LoopCandidate& candidate) { return IsJoined(candidate.id, source.id); });
+  CloseWith(source, JoinRegions(options, settings_.registration, graph_, std::move(others)));
+}
+
+std::vector<LoopCandidate> Slam::OverlappingSubmaps(const SubmapShape& source) const {
   std::vector<const SubmapShape*> targets;
   std::vector<Pose3> X_ik;
   for (const auto& [id, shape] : shapes_) {
@@ -124,10 +142,12 @@ void Slam::CloseLoops(const SubmapShape& source) {
   auto candidates = FindCandidates(settings_.loop_closure, targets, source, X_ik);
   PredictCovariances(source.id, candidates);
   for (LoopCandidate& candidate : candidates)
-    candidate.information =
-        ExpectedInformation(settings_.registration, *shapes_.at(candidate.id), source,
-                            PredictedX_ik(candidate.id, source.id), candidate);
-  KeepBest(settings_.loop_closure, &LoopCandidate::information, candidates);
+    candidate.information = ExpectedInformation(settings_.registration, *candidate.shape, source,
+                                                PredictedX_ik(candidate.id, source.id), candidate);
+  return candidates;
+}
+
+void Slam::CloseWith(const SubmapShape& source, std::vector<LoopCandidate> candidates) {
   for (LoopCandidate& candidate : candidates)
     candidate.starts = {PredictedX_ik(candidate.id, source.id)};
   for (const LoopClosure& loop : Try(source, candidates)) Close(loop);
@@ -186,10 +206,11 @@ std::vector<LoopCandidate> Slam::LostCandidates(const SubmapShape& source) const
 
 std::vector<LoopClosure> Slam::Try(const SubmapShape& source,
                                    const std::vector<LoopCandidate>& candidates) {
+  std::vector<std::optional<SubmapRegion>> regions(candidates.size());
   std::vector<SearchResult> found(candidates.size());
   ParallelFor(candidates.size(), [&](std::size_t c) {
-    found[c] = RegisterFrom(settings_.registration, *shapes_.at(candidates[c].id), source,
-                            candidates[c].starts);
+    regions[c] = RegionOf(candidates[c], source);
+    found[c] = RegisterFrom(settings_.registration, *regions[c], source, candidates[c].starts);
   });
   if (hook_) {
     for (std::size_t c = 0; c < candidates.size(); ++c)
@@ -197,17 +218,31 @@ std::vector<LoopClosure> Slam::Try(const SubmapShape& source,
   }
   std::vector<LoopClosure> loops(candidates.size());
   ParallelFor(candidates.size(), [&](std::size_t c) {
-    loops[c] = Judge(settings_.loop_closure, settings_.registration, found[c].registration,
-                     *shapes_.at(candidates[c].id), source,
-                     PredictedX_ik(candidates[c].id, source.id), candidates[c].covariance);
+    loops[c] =
+        Judge(settings_.loop_closure, settings_.registration, found[c].registration, *regions[c],
+              source, PredictedX_ik(candidates[c].id, source.id), candidates[c].covariance);
     if (loops[c].accepted && found[c].is_ambiguous)
       loops[c] = Reject(loops[c], "more than one place fits");
   });
   return loops;
 }
 
+SubmapRegion Slam::RegionOf(const LoopCandidate& candidate, const SubmapShape& source) const {
+  if (candidate.members.empty()) return *shapes_.at(candidate.id);
+  return {candidate.members, source, PredictedX_ik(candidate.id, source.id)};
+}
+
 void Slam::Close(const LoopClosure& loop) {
   closures_.push_back({loop, loop.accepted ? graph_.AddConstraint(loop.constraint) : -1});
+}
+
+int Slam::FullClosuresOf(SubmapId newest) const {
+  int full = 0;
+  for (auto closure = closures_.rbegin(); closure != closures_.rend(); ++closure) {
+    if (closure->loop.to != newest) break;
+    full += closure->loop.accepted && closure->loop.constraint.kind == ConstraintKind::kFullClosure;
+  }
+  return full;
 }
 
 bool Slam::IsJoined(SubmapId from, SubmapId newest) const {

@@ -114,7 +114,12 @@ class Slam {
  private:
   void AddNode(const Submap& submap);
   void PlaceSubmaps();
+  /// With each submap alone, and where that does not tell the place, with regions of them.
   void CloseLoops(const SubmapShape& source);
+  /// All that the newest submap is predicted to overlap, and how much each would tell.
+  std::vector<LoopCandidate> OverlappingSubmaps(const SubmapShape& source) const;
+  /// Registers from the predicted poses, judges, and closes.
+  void CloseWith(const SubmapShape& source, std::vector<LoopCandidate> candidates);
   /// When the newest submap's place relative to all others is so uncertain that registrations from
   /// the predicted poses would miss it: those to which it may belong and where to begin.
   std::vector<LoopCandidate> LostCandidates(const SubmapShape& source) const;
@@ -122,7 +127,9 @@ class Slam {
   /// Registers and judges, from each candidate's starts.
   std::vector<LoopClosure> Try(const SubmapShape& source,
                                const std::vector<LoopCandidate>& candidates);
+  SubmapRegion RegionOf(const LoopCandidate& candidate, const SubmapShape& source) const;
   void Close(const LoopClosure& loop);
+  int FullClosuresOf(SubmapId newest) const;
   /// Whether the newest submap has a closure with an earlier one.
   bool IsJoined(SubmapId from, SubmapId newest) const;
   Pose3 PredictedX_ik(NodeId i, NodeId k) const;

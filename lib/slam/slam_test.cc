@@ -338,6 +338,40 @@ TEST(SlamTest, RevisitsDoWhatIsExpectedOfThem) {
 }
 
 // A simulated drift of zero gives edges without variance in x, y and yaw.
+// Each wall of a room seen by a submap of its own, all by the last one.
+TEST(SlamTest, ClosesALoopWithSubmapsThatTellItsPlaceOnlyTogether) {
+  const std::vector<Rectangle> walls = {{{3, -3, -1}, {0, 6, 0}, {0, 0, 2}},
+                                        {{-3, 3, -1}, {6, 0, 0}, {0, 0, 2}},
+                                        {{-3, -3, -1}, {0, 6, 0}, {0, 0, 2}},
+                                        {{-3, -3, -1}, {6, 0, 0}, {0, 0, 2}}};
+  const Pose3 drift = Exp(Twist(0.2, -0.25, 0, 0, 0, 0.02));
+  for (const int region_submaps : {1, 4}) {
+    SlamSettings settings;
+    settings.loop_closure.region_submaps = region_submaps;
+    Slam slam(settings);
+    Pose3 X_WP = Pose3::Identity(), X_WM = Pose3::Identity();
+    for (SubmapId id = 0; id < 5; ++id, X_WP = X_WM) {
+      const bool is_last = id == 4;
+      X_WM = MakePose({0.2 * id, 0.1 * id, 0}, {0, 0, 0.1 * id});
+      auto submap = SubmapOf(id, is_last ? walls : std::vector<Rectangle>{walls[id]}, X_WM);
+      submap->base.edge.X_PM = Ominus(X_WP, X_WM) * (is_last ? drift : Pose3::Identity());
+      const double sigma_m = is_last ? 0.3 : 0.02;
+      submap->base.edge.covariance =
+          Twist(sigma_m * sigma_m, sigma_m * sigma_m, 1e-6, 1e-6, 1e-6, sigma_m * sigma_m / 100)
+              .asDiagonal();
+      slam.AddSubmap(submap);
+    }
+    const double error_m = (slam.X_WM().at(4).translation() - X_WM.translation()).norm();
+    EXPECT_EQ(Accepted(slam), region_submaps > 1 ? 1 : 0);
+    EXPECT_EQ(error_m<0.06, region_submaps> 1) << error_m;
+    for (const Slam::Closure& closure : slam.closures()) {
+      if (!closure.loop.accepted) continue;
+      EXPECT_EQ(closure.loop.constraint.kind, ConstraintKind::kFullClosure);
+      EXPECT_EQ(closure.loop.to, 4);
+    }
+  }
+}
+
 TEST(SlamTest, TakesEdgesWithoutVariance) {
   const Mission mission(8, 6, 0, 0);
   const auto slam = SlamOf(mission);

@@ -16,12 +16,6 @@ SubmapShape ShapeOf(const SubmapPtr& submap, const LoopClosureOptions& options =
   return SubmapShape(submap, {Pose3::Identity(), submap->drift / 3}, 0, options, kIcp);
 }
 
-Mat6 Diagonal(double sigma_m, double sigma_yaw_rad) {
-  return Twist(sigma_m * sigma_m, sigma_m * sigma_m, 1e-4, 1e-5, 1e-5,
-               sigma_yaw_rad * sigma_yaw_rad)
-      .asDiagonal();
-}
-
 /// Two views of the room from places a metre or so apart.
 class LoopClosureTest : public testing::Test {
  protected:
@@ -162,7 +156,7 @@ TEST(FeignedTurnTest, IsThatOfASweepDisplacedByARandomWalk) {
     }
     squares += std::pow(moment / inertia, 2) / kWalks;
   }
-  const Mat3 drift = Vec3(kVariance_m2, kVariance_m2, 1e-6).asDiagonal();
+  const Mat3 drift = Vec3(kVariance_m2, kVariance_m2, 1e-6).asPlanarCovariance();
   const Mat3 turn = FeignedTurn(drift, points_C);
   EXPECT_NEAR(turn(2, 2) / squares, 1, 0.1);
   // About the middle (3, 0.5): nothing moves there.
@@ -175,10 +169,10 @@ TEST(FeignedTurnTest, IsThatOfASweepDisplacedByARandomWalk) {
 
 // By hand where everything is diagonal.
 TEST_F(LoopClosureTest, ExpectedInformationIsThatOfAMeasurementOfThePose) {
-  target_->drift = source_->drift = Vec3(0, 0, 0.001).asDiagonal();
+  target_->drift = source_->drift = Vec3(0, 0, 0.001).asPlanarCovariance();
   const SubmapShape target = ShapeOf(target_), source = ShapeOf(source_);
   const double radius_m = source.cloud.radius_m(), point = kIcp.point_sigma_m * kIcp.point_sigma_m;
-  const LoopCandidate candidate{3, 0.7, Diagonal(0.5, 0.1)};
+  const LoopCandidate candidate{3, 0.7, PlanarCovariance(0.5, 0.1)};
   double expected = 0;
   const double P[3] = {0.25, 0.25, 0.01}, drift[3] = {0, 0, 0.001};
   for (int axis = 0; axis < 3; ++axis) {
@@ -194,7 +188,7 @@ TEST_F(LoopClosureTest, AcceptsWhatThePredictionAllowsAndMeasuresIt) {
   Random random(3, "closure");
   for (int i = 0; i < 5; ++i) {
     const Pose3 predicted = X_ik_ * RandomMotion(Twist(0.3, 0.3, 0, 0, 0, 0.08), random);
-    const LoopClosure closure = Close(predicted, Diagonal(0.3, 0.08));
+    const LoopClosure closure = Close(predicted, PlanarCovariance(0.3, 0.08));
     ASSERT_TRUE(closure.accepted) << closure.reason;
     EXPECT_EQ(closure.from, 3);
     EXPECT_EQ(closure.to, 9);
@@ -212,26 +206,26 @@ TEST_F(LoopClosureTest, AcceptsWhatThePredictionAllowsAndMeasuresIt) {
 TEST_F(LoopClosureTest, RejectsWhatContradictsTheGraph) {
   // The content says half a metre more than the graph, which is sure of 5 cm.
   const Pose3 predicted = X_ik_ * Exp(Twist(0.4, -0.3, 0, 0, 0, 0));
-  const LoopClosure closure = Close(predicted, Diagonal(0.05, 0.02));
+  const LoopClosure closure = Close(predicted, PlanarCovariance(0.05, 0.02));
   EXPECT_FALSE(closure.accepted);
   EXPECT_EQ(closure.reason, "contradicts the graph");
   EXPECT_GT(closure.chi_square, ChiSquare99(3));
-  EXPECT_TRUE(Close(predicted, Diagonal(0.3, 0.05)).accepted);
+  EXPECT_TRUE(Close(predicted, PlanarCovariance(0.3, 0.05)).accepted);
 }
 
 TEST_F(LoopClosureTest, DoesNotAcceptAClosureThatIsAMetreOff) {
   for (const double angle : {0.0, 1.0, 2.0, 3.0, 4.0, 5.0}) {
     const Pose3 predicted = X_ik_ * Exp(Twist(std::cos(angle), std::sin(angle), 0, 0, 0, 0));
-    EXPECT_FALSE(Close(predicted, Diagonal(0.1, 0.02)).accepted) << angle;
+    EXPECT_FALSE(Close(predicted, PlanarCovariance(0.1, 0.02)).accepted) << angle;
   }
 }
 
 // Literal form: innovation against the sum of all three covariances.
 TEST_F(LoopClosureTest, ChiSquareIsThatOfTheInnovation) {
-  target_->drift = Vec3(0.02, 0.01, 0.001).asDiagonal();
-  source_->drift = Vec3(0.005, 0.03, 0.002).asDiagonal();
+  target_->drift = Vec3(0.02, 0.01, 0.001).asPlanarCovariance();
+  source_->drift = Vec3(0.005, 0.03, 0.002).asPlanarCovariance();
   const Pose3 predicted = X_ik_ * Exp(Twist(0.1, -0.05, 0, 0, 0, 0.02));
-  const Mat6 P = Diagonal(0.1, 0.02);
+  const Mat6 P = PlanarCovariance(0.1, 0.02);
   const LoopClosure closure = Close(predicted, P);
   const SubmapShape target = ShapeOf(target_), source = ShapeOf(source_);
   const IcpResult icp = Register(kIcp, target.cloud, source.cloud, predicted);
@@ -256,7 +250,7 @@ TEST_F(LoopClosureTest, AWallAloneIsAPartialClosure) {
   source_ = SubmapOf(9, wall, MakePose({0.2, 0.3, 0}));
   const Pose3 X_ik = MakePose({0.2, 0.3, 0});
   const LoopClosure closure =
-      Close(X_ik * Exp(Twist(0.1, 0.2, 0, 0, 0, 0.02)), Diagonal(0.2, 0.05));
+      Close(X_ik * Exp(Twist(0.1, 0.2, 0, 0, 0, 0.02)), PlanarCovariance(0.2, 0.05));
   ASSERT_TRUE(closure.accepted) << closure.reason;
   EXPECT_EQ(closure.constraint.kind, ConstraintKind::kPartialClosure);
   EXPECT_EQ(closure.directions, 2);
@@ -267,7 +261,7 @@ TEST_F(LoopClosureTest, AWallAloneIsAPartialClosure) {
   EXPECT_NEAR(closure.constraint.X_ik.translation().x(), 0.2, 0.06);  // Half a voxel.
 
   options_.min_directions = 3;
-  const LoopClosure refused = Close(X_ik, Diagonal(0.2, 0.05));
+  const LoopClosure refused = Close(X_ik, PlanarCovariance(0.2, 0.05));
   EXPECT_FALSE(refused.accepted);
   EXPECT_EQ(refused.reason, "too few directions");
 }
@@ -281,12 +275,12 @@ TEST_F(LoopClosureTest, RejectsSmallOverlap) {
   target_ = SubmapOf(3, cut, X_Wi);
   source_ = SubmapOf(9, corner, X_Wi * X_ik);
   options_.min_overlap = 0.95;
-  const LoopClosure closure = Close(X_ik, Diagonal(0.2, 0.05));
+  const LoopClosure closure = Close(X_ik, PlanarCovariance(0.2, 0.05));
   EXPECT_FALSE(closure.accepted);
   EXPECT_EQ(closure.reason, "small overlap");
   EXPECT_LT(closure.overlap, 0.95);
   options_.min_overlap = 0.3;
-  EXPECT_EQ(Close(X_ik, Diagonal(0.2, 0.05)).reason, "");
+  EXPECT_EQ(Close(X_ik, PlanarCovariance(0.2, 0.05)).reason, "");
 }
 
 // Two walls a metre apart, of which each submap sees one: registration lays them on each other.
@@ -296,7 +290,7 @@ TEST_F(LoopClosureTest, RejectsPointsInWaterThatTheOtherHasSeenFree) {
   target_ = SubmapOf(3, {{{2, -4, -1}, {0, 8, 0}, {0, 0, 2}}}, X_WM);
   source_ = SubmapOf(9, {{{1.4, -4, -1}, {0, 8, 0}, {0, 0, 2}}}, X_WM * MakePose({0, 0.1, 0}));
   options_.both_ways = false;
-  EXPECT_EQ(Close(Pose3::Identity(), Diagonal(0.5, 0.05)).reason, "");
+  EXPECT_EQ(Close(Pose3::Identity(), PlanarCovariance(0.5, 0.05)).reason, "");
   // The target has seen the water before its wall; a part of the source's wall is a little nearer.
   for (int y = -40; y < 40; ++y)
     for (int x = -40; x < 40; ++x)
@@ -304,15 +298,15 @@ TEST_F(LoopClosureTest, RejectsPointsInWaterThatTheOtherHasSeenFree) {
         LogOddsUnits& units = target_->grid.At({x, y, z});
         if (units == kUnknownUnits) units = -kOccupiedUnits;
       }
-  EXPECT_EQ(Close(Pose3::Identity(), Diagonal(0.5, 0.05)).reason, "");
+  EXPECT_EQ(Close(Pose3::Identity(), PlanarCovariance(0.5, 0.05)).reason, "");
   source_ =
       SubmapOf(9, {{{1.4, -4, -1}, {0, 8, 0}, {0, 0, 2}}, {{1, -3, -1}, {0, 4, 0}, {0, 0, 2}}},
                X_WM * MakePose({0, 0.1, 0}));
-  const LoopClosure closure = Close(Pose3::Identity(), Diagonal(0.5, 0.05));
+  const LoopClosure closure = Close(Pose3::Identity(), PlanarCovariance(0.5, 0.05));
   EXPECT_FALSE(closure.accepted);
   EXPECT_EQ(closure.reason, "points in free water");
   options_.max_share_in_free_water = 1;
-  EXPECT_EQ(Close(Pose3::Identity(), Diagonal(0.5, 0.05)).reason, "");
+  EXPECT_EQ(Close(Pose3::Identity(), PlanarCovariance(0.5, 0.05)).reason, "");
 }
 
 TEST_F(LoopClosureTest, ShareInFreeWaterIsTheBruteForceShare) {
@@ -367,7 +361,7 @@ TEST_F(LoopClosureTest, RejectsWhatIsNotTheSameTheOtherWayRound) {
   IcpResult wrong = Register(kIcp, target.cloud, source.cloud, X_ik_);
   wrong.X_ik = wrong.X_ik * Exp(Twist(0.3, 0, 0, 0, 0, 0));
   const auto judge = [&] {
-    return Judge(options_, kIcp, wrong, target, source, X_ik_, Diagonal(0.5, 0.05));
+    return Judge(options_, kIcp, wrong, target, source, X_ik_, PlanarCovariance(0.5, 0.05));
   };
   EXPECT_EQ(judge().reason, "not the same the other way round");
   options_.both_ways = false;
@@ -376,7 +370,7 @@ TEST_F(LoopClosureTest, RejectsWhatIsNotTheSameTheOtherWayRound) {
 
 TEST_F(LoopClosureTest, RejectsALargeResidual) {
   options_.max_rmse_m = 0.01;
-  const LoopClosure closure = Close(X_ik_, Diagonal(0.2, 0.05));
+  const LoopClosure closure = Close(X_ik_, PlanarCovariance(0.2, 0.05));
   EXPECT_FALSE(closure.accepted);
   EXPECT_EQ(closure.reason, "large residual");
   EXPECT_GT(closure.rmse_m, 0.01);
@@ -384,7 +378,7 @@ TEST_F(LoopClosureTest, RejectsALargeResidual) {
 
 TEST_F(LoopClosureTest, RejectsWhatCannotBeRegistered) {
   source_ = SubmapOf(9, {}, X_Wk_);
-  const LoopClosure closure = Close(X_ik_, Diagonal(0.2, 0.05));
+  const LoopClosure closure = Close(X_ik_, PlanarCovariance(0.2, 0.05));
   EXPECT_FALSE(closure.accepted);
   EXPECT_EQ(closure.reason, "no registration");
 }

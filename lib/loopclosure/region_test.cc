@@ -18,18 +18,12 @@ SubmapShape ShapeOf(const SubmapPtr& submap) {
   return SubmapShape(submap, {Pose3::Identity(), submap->drift / 3}, 0, {}, kIcp);
 }
 
-Mat6 Diagonal(double sigma_m, double sigma_yaw_rad) {
-  return Twist(sigma_m * sigma_m, sigma_m * sigma_m, 1e-4, 1e-5, 1e-5,
-               sigma_yaw_rad * sigma_yaw_rad)
-      .asDiagonal();
-}
-
 /// Two walls that meet: one submap has seen one of them, one the other, a third both.
 class CornerTest : public testing::Test {
  protected:
   CornerTest() {
-    one_->drift = Vec3(0.003, 0.001, 1e-4).asDiagonal();
-    other_->drift = Vec3(0.002, 0.004, 2e-4).asDiagonal();
+    one_->drift = Vec3(0.003, 0.001, 1e-4).asPlanarCovariance();
+    other_->drift = Vec3(0.002, 0.004, 2e-4).asPlanarCovariance();
   }
 
   SubmapRegion Joined(const SubmapShape& one, const SubmapShape& other, const SubmapShape& source,
@@ -42,7 +36,7 @@ class CornerTest : public testing::Test {
   const Pose3 X_Wi_ = MakePose({0.3, 0.2, 0}, {0, 0, 0.4}), X_Wm_ = MakePose({-1, 1, 0});
   const Pose3 X_Wk_ = MakePose({0.6, 1, 0}, {0, 0, 1});
   const Pose3 X_ik_ = Ominus(X_Wi_, X_Wk_);
-  const Mat3 covariance_ = Vec3(0.004, 0.005, 1e-4).asDiagonal();
+  const Mat3 covariance_ = Vec3(0.004, 0.005, 1e-4).asPlanarCovariance();
   std::shared_ptr<Submap> one_ = SubmapOf(2, {kWalls[0]}, X_Wi_);
   std::shared_ptr<Submap> other_ = SubmapOf(3, {kWalls[1]}, X_Wm_);
   std::shared_ptr<Submap> source_ = SubmapOf(9, kWalls, X_Wk_, 4);
@@ -97,7 +91,7 @@ TEST_F(CornerTest, TellsTogetherWhatNoneTellsAlone) {
     const Pose3 predicted = X_ik_ * RandomMotion(Twist(0.2, 0.2, 0, 0, 0, 0.05), random);
     const auto close = [&](const SubmapRegion& target, const Pose3& predicted_X) {
       return Judge({}, kIcp, Register(kIcp, *target.cloud, source.cloud, predicted_X), target,
-                   source, predicted_X, Diagonal(0.3, 0.1));
+                   source, predicted_X, PlanarCovariance(0.3, 0.1));
     };
     const Pose3 X_mi = Ominus(X_Wm_, X_Wi_);
     EXPECT_NE(close(one, predicted).constraint.kind, ConstraintKind::kFullClosure);
@@ -144,7 +138,7 @@ PoseGraph Chain(int count) {
     if (id > 0)
       graph.AddConstraint({id - 1, id, ConstraintKind::kOdometry,
                            Ominus(graph.X_W(id - 1), graph.X_W(id)),
-                           WhiteningOf(Diagonal(0.05, 0.01))});
+                           WhiteningOf(PlanarCovariance(0.05, 0.01))});
   }
   return graph;
 }

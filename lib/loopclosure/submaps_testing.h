@@ -21,6 +21,13 @@ inline std::vector<Rectangle> FurnishedRoom() {
           {{1, -3, -1}, {1.7, 0.4, 0}, {0, 0, 1.2}}};
 }
 
+/// Of a pose whose height, roll and pitch are known well.
+inline Mat6 PlanarCovariance(double sigma_m, double sigma_yaw_rad) {
+  return Twist(sigma_m * sigma_m, sigma_m * sigma_m, 1e-4, 1e-5, 1e-5,
+               sigma_yaw_rad * sigma_yaw_rad)
+      .asDiagonal();
+}
+
 /// A grid whose occupied voxels are those around `points_M`.
 inline BrickGrid GridOf(const std::vector<Vec3>& points_M, double voxel_size_m = 0.095) {
   BrickGrid grid(voxel_size_m);

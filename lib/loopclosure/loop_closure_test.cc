@@ -156,7 +156,7 @@ TEST(FeignedTurnTest, IsThatOfASweepDisplacedByARandomWalk) {
     }
     squares += std::pow(moment / inertia, 2) / kWalks;
   }
-  const Mat3 drift = Vec3(kVariance_m2, kVariance_m2, 1e-6).asPlanarCovariance();
+  const Mat3 drift = Vec3(kVariance_m2, kVariance_m2, 1e-6).asDiagonal();
   const Mat3 turn = FeignedTurn(drift, points_C);
   EXPECT_NEAR(turn(2, 2) / squares, 1, 0.1);
   // About the middle (3, 0.5): nothing moves there.
@@ -169,7 +169,7 @@ TEST(FeignedTurnTest, IsThatOfASweepDisplacedByARandomWalk) {
 
 // By hand where everything is diagonal.
 TEST_F(LoopClosureTest, ExpectedInformationIsThatOfAMeasurementOfThePose) {
-  target_->drift = source_->drift = Vec3(0, 0, 0.001).asPlanarCovariance();
+  target_->drift = source_->drift = Vec3(0, 0, 0.001).asDiagonal();
   const SubmapShape target = ShapeOf(target_), source = ShapeOf(source_);
   const double radius_m = source.cloud.radius_m(), point = kIcp.point_sigma_m * kIcp.point_sigma_m;
   const LoopCandidate candidate{3, 0.7, PlanarCovariance(0.5, 0.1)};
@@ -222,8 +222,8 @@ TEST_F(LoopClosureTest, DoesNotAcceptAClosureThatIsAMetreOff) {
 
 // Literal form: innovation against the sum of all three covariances.
 TEST_F(LoopClosureTest, ChiSquareIsThatOfTheInnovation) {
-  target_->drift = Vec3(0.02, 0.01, 0.001).asPlanarCovariance();
-  source_->drift = Vec3(0.005, 0.03, 0.002).asPlanarCovariance();
+  target_->drift = Vec3(0.02, 0.01, 0.001).asDiagonal();
+  source_->drift = Vec3(0.005, 0.03, 0.002).asDiagonal();
   const Pose3 predicted = X_ik_ * Exp(Twist(0.1, -0.05, 0, 0, 0, 0.02));
   const Mat6 P = PlanarCovariance(0.1, 0.02);
   const LoopClosure closure = Close(predicted, P);

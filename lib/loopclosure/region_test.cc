@@ -22,8 +22,8 @@ SubmapShape ShapeOf(const SubmapPtr& submap) {
 class CornerTest : public testing::Test {
  protected:
   CornerTest() {
-    one_->drift = Vec3(0.003, 0.001, 1e-4).asPlanarCovariance();
-    other_->drift = Vec3(0.002, 0.004, 2e-4).asPlanarCovariance();
+    one_->drift = Vec3(0.003, 0.001, 1e-4).asDiagonal();
+    other_->drift = Vec3(0.002, 0.004, 2e-4).asDiagonal();
   }
 
   SubmapRegion Joined(const SubmapShape& one, const SubmapShape& other, const SubmapShape& source,
@@ -36,7 +36,7 @@ class CornerTest : public testing::Test {
   const Pose3 X_Wi_ = MakePose({0.3, 0.2, 0}, {0, 0, 0.4}), X_Wm_ = MakePose({-1, 1, 0});
   const Pose3 X_Wk_ = MakePose({0.6, 1, 0}, {0, 0, 1});
   const Pose3 X_ik_ = Ominus(X_Wi_, X_Wk_);
-  const Mat3 covariance_ = Vec3(0.004, 0.005, 1e-4).asPlanarCovariance();
+  const Mat3 covariance_ = Vec3(0.004, 0.005, 1e-4).asDiagonal();
   std::shared_ptr<Submap> one_ = SubmapOf(2, {kWalls[0]}, X_Wi_);
   std::shared_ptr<Submap> other_ = SubmapOf(3, {kWalls[1]}, X_Wm_);
   std::shared_ptr<Submap> source_ = SubmapOf(9, kWalls, X_Wk_, 4);

@@ -99,7 +99,8 @@ class ResumeTest(VogTest):
         before = self.metrics(self.new)
         after = self.metrics(self.fly("finished", "--resume", self.new))
         self.assertEqual(after["end_reason"], "nothing_to_gain")
-        self.assertLessEqual(after["submaps"], before["submaps"] + 6)
+        # From where it was put in it may see a little more.
+        self.assertLess(after["submaps"], 1.5 * before["submaps"])
         self.assertEqual(after["earlier_submaps"]["judged"], before["submaps"])
         self.assertGreater(after["coverage"]["surface"], before["coverage"]["surface"] - 0.01)
 

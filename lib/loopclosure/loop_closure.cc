@@ -23,6 +23,11 @@ constexpr double kSharedErrors = 2;
 /// a submap's closures with several regions share the drift inside it.
 constexpr double kSharedByMembers = 2;
 
+void SortBy(double LoopCandidate::*merit, std::vector<LoopCandidate>& candidates) {
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [&](const auto& a, const auto& b) { return a.*merit > b.*merit; });
+}
+
 /// A region that overlaps too little is given up; others may do.
 constexpr int kTriesPerRegion = 2;
 
@@ -41,11 +46,11 @@ std::set<SubmapId> Join(const LoopClosureOptions& options, const IcpOptions& icp
   });
   near.resize(std::min(near.size(), static_cast<std::size_t>(options.region_submaps - 1)));
   std::set<SubmapId> joined;
-  region.members = {{region.shape}};
   for (const std::size_t o : near) {
     const LoopCandidate& other = others[o];
-    region.members.push_back(
-        {other.shape, Ominus(graph.X_W(region.id), graph.X_W(other.id)), PlanarOf(covariances[o])});
+    region.members.push_back({other.members.front().shape,
+                              Ominus(graph.X_W(region.id), graph.X_W(other.id)),
+                              PlanarOf(covariances[o])});
     region.Cover(other.covered);
     joined.insert(other.id);
   }
@@ -90,7 +95,7 @@ std::vector<LoopCandidate> FindCandidates(const LoopClosureOptions& options,
   for (std::size_t i = 0; i < targets.size(); ++i) {
     if (source.id - targets[i]->id < options.min_separation) continue;
     LoopCandidate candidate{targets[i]->id};
-    candidate.shape = targets[i];
+    candidate.members = {{targets[i]}};
     candidate.Cover(PointsIn(*targets[i], source, X_ik[i]));
     if (candidate.predicted_overlap > 0) candidates.push_back(std::move(candidate));
   }
@@ -108,8 +113,7 @@ void LoopCandidate::Cover(const std::vector<bool>& points) {
 std::vector<LoopCandidate> JoinRegions(const LoopClosureOptions& options, const IcpOptions& icp,
                                        const PoseGraph& graph,
                                        std::vector<LoopCandidate> candidates) {
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const auto& a, const auto& b) { return a.information > b.information; });
+  SortBy(&LoopCandidate::information, candidates);
   std::vector<LoopCandidate> regions;
   for (int tries = 0; tries < kTriesPerRegion * options.max_candidates; ++tries) {
     if (candidates.empty() || static_cast<int>(regions.size()) == options.max_candidates) break;
@@ -149,8 +153,7 @@ double ExpectedInformation(const IcpOptions& icp, const SubmapRegion& target,
 
 void KeepBest(const LoopClosureOptions& options, double LoopCandidate::*merit,
               std::vector<LoopCandidate>& candidates) {
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [&](const auto& a, const auto& b) { return a.*merit > b.*merit; });
+  SortBy(merit, candidates);
   if (static_cast<int>(candidates.size()) > options.max_candidates)
     candidates.erase(candidates.begin() + options.max_candidates, candidates.end());
 }

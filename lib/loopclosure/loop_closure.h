@@ -16,8 +16,7 @@ struct LoopCandidate {
   double information = 0;          ///< Expected of a registration with the anchor [nats].
   /// Where registrations begin.
   std::vector<Pose3> starts = {};
-  const SubmapShape* shape = nullptr;              ///< The anchor's.
-  std::vector<SubmapRegion::Member> members = {};  ///< None: the anchor alone.
+  std::vector<SubmapRegion::Member> members = {};  ///< The anchor first.
   std::vector<bool> covered = {};  ///< Which of the new submap's points lie in its cells.
 
   /// Marks points as covered, besides those that are.

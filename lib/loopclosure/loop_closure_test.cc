@@ -94,7 +94,7 @@ TEST_F(LoopClosureTest, CandidatesAreThoseThatOverlapFarEnoughApart) {
     EXPECT_EQ(candidates[c].id, expected[c]);
     EXPECT_EQ(candidates[c].predicted_overlap,
               PredictOverlap(*targets[expected[c]], source, X_ik[expected[c]]));
-    EXPECT_EQ(candidates[c].shape, targets[expected[c]]);
+    EXPECT_EQ(candidates[c].members.front().shape, targets[expected[c]]);
     EXPECT_EQ(candidates[c].covered, PointsIn(*targets[expected[c]], source, X_ik[expected[c]]));
   }
   options_.min_separation = 10;

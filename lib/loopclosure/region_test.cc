@@ -159,7 +159,7 @@ TEST(JoinRegionsTest, JoinsThoseWhosePlacesAreKnownAndThatShowMost) {
     candidate.Cover(cover);
     shapes.push_back(std::make_unique<SubmapShape>(SubmapOf(id, {}, Pose3::Identity()),
                                                    SubmapAnchor{}, 0, LoopClosureOptions{}, kIcp));
-    candidate.shape = shapes.back().get();
+    candidate.members = {{shapes.back().get()}};
     candidates.push_back(candidate);
   }
   for (const int most : {2, 4}) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "lib/base/parallel.h"
 #include "lib/loopclosure/relocalisation.h"
@@ -117,18 +118,17 @@ void Slam::CloseLoops(const SubmapShape& source) {
   const auto lost = LostCandidates(source);
   if (!lost.empty()) FindItself(source, lost);
   const LoopClosureOptions& options = settings_.loop_closure;
-  const std::vector<LoopCandidate> candidates = OverlappingSubmaps(source);
+  std::vector<LoopCandidate> candidates = OverlappingSubmaps(source);
   auto alone = candidates;
   std::erase_if(alone, [&](const LoopCandidate& candidate) {
     return candidate.predicted_overlap < options.min_predicted_overlap;
   });
   KeepBest(options, &LoopCandidate::information, alone);
   CloseWith(source, std::move(alone));
-  if (options.region_submaps == 1 || FullClosuresOf(source.id) >= kEnoughFullClosures) return;
-  auto others = candidates;
-  std::erase_if(others,
+  if (options.region_submaps == 1 || IsPlaced(source.id)) return;
+  std::erase_if(candidates,
                 [&](const LoopCandidate& candidate) { return IsJoined(candidate.id, source.id); });
-  CloseWith(source, JoinRegions(options, settings_.registration, graph_, std::move(others)));
+  CloseWith(source, JoinRegions(options, settings_.registration, graph_, std::move(candidates)));
 }
 
 std::vector<LoopCandidate> Slam::OverlappingSubmaps(const SubmapShape& source) const {
@@ -142,8 +142,9 @@ std::vector<LoopCandidate> Slam::OverlappingSubmaps(const SubmapShape& source) c
   auto candidates = FindCandidates(settings_.loop_closure, targets, source, X_ik);
   PredictCovariances(source.id, candidates);
   for (LoopCandidate& candidate : candidates)
-    candidate.information = ExpectedInformation(settings_.registration, *candidate.shape, source,
-                                                PredictedX_ik(candidate.id, source.id), candidate);
+    candidate.information =
+        ExpectedInformation(settings_.registration, *candidate.members.front().shape, source,
+                            PredictedX_ik(candidate.id, source.id), candidate);
   return candidates;
 }
 
@@ -181,7 +182,8 @@ std::vector<LoopCandidate> Slam::LostCandidates(const SubmapShape& source) const
     // Where one is known well, all others are known as well as the graph can tell.
     const double sigma_m = HorizontalSigma(covariances_.at(id).of_X_MN) + edge_sigma_m;
     if (!IsLost(settings_.registration, sigma_m)) return {};
-    lost.push_back({id, 0});
+    lost.push_back({id});
+    lost.back().members = {{shape.get()}};
   }
   PredictCovariances(source.id, lost);
   if (!std::all_of(lost.begin(), lost.end(), [&](const LoopCandidate& candidate) {
@@ -228,7 +230,7 @@ std::vector<LoopClosure> Slam::Try(const SubmapShape& source,
 }
 
 SubmapRegion Slam::RegionOf(const LoopCandidate& candidate, const SubmapShape& source) const {
-  if (candidate.members.empty()) return *shapes_.at(candidate.id);
+  if (candidate.members.size() == 1) return *candidate.members.front().shape;
   return {candidate.members, source, PredictedX_ik(candidate.id, source.id)};
 }
 
@@ -236,21 +238,26 @@ void Slam::Close(const LoopClosure& loop) {
   closures_.push_back({loop, loop.accepted ? graph_.AddConstraint(loop.constraint) : -1});
 }
 
-int Slam::FullClosuresOf(SubmapId newest) const {
-  int full = 0;
+std::vector<const LoopClosure*> Slam::AcceptedOf(SubmapId newest) const {
+  std::vector<const LoopClosure*> accepted;
   for (auto closure = closures_.rbegin(); closure != closures_.rend(); ++closure) {
     if (closure->loop.to != newest) break;
-    full += closure->loop.accepted && closure->loop.constraint.kind == ConstraintKind::kFullClosure;
+    if (closure->loop.accepted) accepted.push_back(&closure->loop);
   }
-  return full;
+  return accepted;
+}
+
+bool Slam::IsPlaced(SubmapId newest) const {
+  const auto accepted = AcceptedOf(newest);
+  return std::count_if(accepted.begin(), accepted.end(), [](const LoopClosure* loop) {
+           return loop->constraint.kind == ConstraintKind::kFullClosure;
+         }) >= kEnoughFullClosures;
 }
 
 bool Slam::IsJoined(SubmapId from, SubmapId newest) const {
-  for (auto closure = closures_.rbegin(); closure != closures_.rend(); ++closure) {
-    if (closure->loop.to != newest) return false;
-    if (closure->loop.from == from && closure->loop.accepted) return true;
-  }
-  return false;
+  const auto accepted = AcceptedOf(newest);
+  return std::any_of(accepted.begin(), accepted.end(),
+                     [&](const LoopClosure* loop) { return loop->from == from; });
 }
 
 Pose3 Slam::PredictedX_ik(NodeId i, NodeId k) const { return Ominus(graph_.X_W(i), graph_.X_W(k)); }

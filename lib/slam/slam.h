@@ -129,7 +129,9 @@ class Slam {
                                const std::vector<LoopCandidate>& candidates);
   SubmapRegion RegionOf(const LoopCandidate& candidate, const SubmapShape& source) const;
   void Close(const LoopClosure& loop);
-  int FullClosuresOf(SubmapId newest) const;
+  std::vector<const LoopClosure*> AcceptedOf(SubmapId newest) const;
+  /// Whether its closures tell its place, one confirming another.
+  bool IsPlaced(SubmapId newest) const;
   /// Whether the newest submap has a closure with an earlier one.
   bool IsJoined(SubmapId from, SubmapId newest) const;
   Pose3 PredictedX_ik(NodeId i, NodeId k) const;

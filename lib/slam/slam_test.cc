@@ -337,7 +337,6 @@ TEST(SlamTest, RevisitsDoWhatIsExpectedOfThem) {
   EXPECT_TRUE(SlamOf(mission, settings)->ExpectedRevisits().empty());
 }
 
-// A simulated drift of zero gives edges without variance in x, y and yaw.
 // Each wall of a room seen by a submap of its own, all by the last one.
 TEST(SlamTest, ClosesALoopWithSubmapsThatTellItsPlaceOnlyTogether) {
   const std::vector<Rectangle> walls = {{{3, -3, -1}, {0, 6, 0}, {0, 0, 2}},
@@ -363,7 +362,7 @@ TEST(SlamTest, ClosesALoopWithSubmapsThatTellItsPlaceOnlyTogether) {
     }
     const double error_m = (slam.X_WM().at(4).translation() - X_WM.translation()).norm();
     EXPECT_EQ(Accepted(slam), region_submaps > 1 ? 1 : 0);
-    EXPECT_EQ(error_m<0.06, region_submaps> 1) << error_m;
+    EXPECT_EQ((error_m < 0.06), (region_submaps > 1)) << error_m;
     for (const Slam::Closure& closure : slam.closures()) {
       if (!closure.loop.accepted) continue;
       EXPECT_EQ(closure.loop.constraint.kind, ConstraintKind::kFullClosure);
@@ -372,6 +371,7 @@ TEST(SlamTest, ClosesALoopWithSubmapsThatTellItsPlaceOnlyTogether) {
   }
 }
 
+// A simulated drift of zero gives edges without variance in x, y and yaw.
 TEST(SlamTest, TakesEdgesWithoutVariance) {
   const Mission mission(8, 6, 0, 0);
   const auto slam = SlamOf(mission);

@@ -41,6 +41,18 @@ CollisionChecker CollisionChecker::Scaled(double share) const {
   return scaled;
 }
 
+CollisionChecker CollisionChecker::ForSure(double sigma_m) const {
+  CollisionChecker sure = *this;
+  sure.rules_.sure_sigma_m = sigma_m;
+  return sure;
+}
+
+CollisionChecker CollisionChecker::PassingUnknown() const {
+  CollisionChecker passing = *this;
+  passing.rules_.unknown_blocks = false;
+  return passing;
+}
+
 void CollisionChecker::SetPresence(const Waypoint& at, double margin_m, Presence presence) {
   X_PW_ = at.X_WB().inverse();
   presence_half_m_ = 0.5 * rules_.hull_size_m + Vec3::Constant(margin_m);
@@ -95,13 +107,15 @@ void CollisionChecker::FindObstacles(const OccupancyMap& map,
   }
   sigma_m_.assign(occupied_.size(), 0);
   if (rules_.uncertainty_sigmas * map.max_sigma_m() > 0) map.SigmaOf(occupied_, sigma_m_);
-  for (std::size_t o = 0; o < occupied_.size(); ++o) {
-    const double uncertainty_m =
-        std::min(rules_.max_uncertainty_m, rules_.uncertainty_sigmas * sigma_m_[o]);
-    obstacles_.push_back(
-        {map.grid().CenterOf(occupied_[o]),
-         Vec3::Constant(rules_.clearance_m) + Vec3(uncertainty_m, uncertainty_m, 0)});
-  }
+  for (std::size_t o = 0; o < occupied_.size(); ++o)
+    obstacles_.push_back({map.grid().CenterOf(occupied_[o]), ClearanceFor(sigma_m_[o])});
+}
+
+Vec3 CollisionChecker::ClearanceFor(double sigma_m) const {
+  if (sigma_m > rules_.sure_sigma_m) return Vec3::Zero();
+  const double uncertainty_m =
+      std::min(rules_.max_uncertainty_m, rules_.uncertainty_sigmas * sigma_m);
+  return Vec3::Constant(rules_.clearance_m) + Vec3(uncertainty_m, uncertainty_m, 0);
 }
 
 bool CollisionChecker::EntersKeepOut(const Pose3& X_BW) const {

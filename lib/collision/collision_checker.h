@@ -21,6 +21,8 @@ struct CollisionRules {
   /// place.
   double uncertainty_sigmas = 0;
   double max_uncertainty_m = 1;  ///< But not by more than this.
+  /// Occupied voxels whose place is less certain than this get no clearance at all.
+  double sure_sigma_m = std::numeric_limits<double>::infinity();
 };
 
 /// A ball in W whose unknown voxels are taken for free: those in an upright cylinder in its middle,
@@ -51,6 +53,11 @@ class CollisionChecker {
   explicit CollisionChecker(const CollisionRules& rules);
   /// The same rules with all clearances scaled by `share`; 0 leaves the bare hull.
   CollisionChecker Scaled(double share) const;
+  /// The same rules, but occupied voxels whose place is less certain than `sigma_m` block the bare
+  /// hull alone: for a vehicle that the map shows among them.
+  CollisionChecker ForSure(double sigma_m) const;
+  /// The same rules, but unknown voxels are passable.
+  CollisionChecker PassingUnknown() const;
 
   void SetBubble(const FreeBubble& bubble) { bubbles_ = {bubble}; }
   void SetBubbles(std::vector<FreeBubble> bubbles) { bubbles_ = std::move(bubbles); }
@@ -90,6 +97,8 @@ class CollisionChecker {
                                   const Waypoint& to) const;
   bool IsInsideHull(const Vec3& p_W) const;
   void FindObstacles(const OccupancyMap& map, const Eigen::AlignedBox3d& bounds_W) const;
+  /// By which the hull grows toward a voxel whose place is so uncertain.
+  Vec3 ClearanceFor(double sigma_m) const;
   bool Touches(const Waypoint& at, double voxel_size_m) const;
   bool EntersKeepOut(const Pose3& X_BW) const;
   int SamplesOf(const OccupancyMap& map, const Waypoint& from, const Waypoint& to) const;

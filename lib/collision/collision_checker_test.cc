@@ -272,5 +272,34 @@ TEST(CollisionCheckerTest, ScaledShrinksAllClearances) {
   EXPECT_EQ(bare.clearance_m, 0);
 }
 
+TEST(CollisionCheckerTest, WhatIsNotSurelyThereBlocksTheBareHullAlone) {
+  CollisionRules rules;
+  rules.hull_size_m = {1, 1, 0.5};
+  rules.clearance_m = 0.15;
+  rules.uncertainty_sigmas = 2;
+  rules.unknown_blocks = false;
+  const CollisionChecker all(rules), sure = all.ForSure(0.25);
+  const Waypoint at{{0, 0, 0}, 0};
+  for (const double sigma_m : {0.2, 0.3})
+    for (const double beside_m : {0.4, 0.65, 1.6}) {
+      GridMap map(0.1);
+      map.Set(map.grid().KeyOf({beside_m, 0.05, 0.05}), GridMap::kOccupied);
+      map.SetSigmas([&] { return sigma_m; });
+      const bool touches_hull = beside_m < 0.5, touches_clearance = beside_m < 1;
+      EXPECT_EQ(all.IsFree(map, at), !touches_clearance) << sigma_m << " " << beside_m;
+      EXPECT_EQ(sure.IsFree(map, at), sigma_m > 0.25 ? !touches_hull : !touches_clearance)
+          << sigma_m << " " << beside_m;
+    }
+}
+
+TEST(CollisionCheckerTest, MayPassUnknownWater) {
+  const CollisionChecker dut{CollisionRules{}};
+  GridMap map(0.1);
+  EXPECT_FALSE(dut.IsFree(map, {}));
+  EXPECT_TRUE(dut.PassingUnknown().IsFree(map, {}));
+  map.Set(map.grid().KeyOf({0.45, 0, 0}), GridMap::kOccupied);
+  EXPECT_FALSE(dut.PassingUnknown().IsFree(map, {}));
+}
+
 }  // namespace
 }  // namespace vog

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "lib/geometry/pose.h"
 
 namespace vog {
@@ -22,6 +24,21 @@ inline Waypoint Interpolate(const Waypoint& a, const Waypoint& b, double fractio
 
 inline double LengthOf(const Waypoint& a, const Waypoint& b) {
   return (b.position_W_m - a.position_W_m).norm();
+}
+
+/// What lies within `length_m` of a way's beginning. @pre the way is not empty.
+inline std::vector<Waypoint> FirstPartOf(const std::vector<Waypoint>& way, double length_m) {
+  std::vector<Waypoint> part = {way.front()};
+  for (std::size_t i = 1; i < way.size(); ++i) {
+    const double edge_m = LengthOf(way[i - 1], way[i]);
+    if (edge_m > length_m) {
+      part.push_back(Interpolate(way[i - 1], way[i], length_m / edge_m));
+      break;
+    }
+    part.push_back(way[i]);
+    length_m -= edge_m;
+  }
+  return part;
 }
 
 }  // namespace vog

@@ -135,21 +135,6 @@ CoveragePlanner::View CoveragePlanner::FindBest(const OccupancyMap& map, const W
   return {};
 }
 
-std::vector<Waypoint> CoveragePlanner::FirstPartOf(const std::vector<Waypoint>& way) const {
-  std::vector<Waypoint> part = {way.front()};
-  double left_m = options_.max_edge_m;
-  for (std::size_t i = 1; i < way.size(); ++i) {
-    const double length_m = LengthOf(way[i - 1], way[i]);
-    if (length_m > left_m) {
-      part.push_back(Interpolate(way[i - 1], way[i], left_m / length_m));
-      break;
-    }
-    part.push_back(way[i]);
-    left_m -= length_m;
-  }
-  return part;
-}
-
 ViewPlan CoveragePlanner::GoTo(const View& view, const std::vector<Waypoint>& way) {
   ViewPlan plan;
   plan.outcome = ViewPlan::Outcome::kGo;
@@ -165,7 +150,7 @@ ViewPlan CoveragePlanner::GoTo(const View& view, const std::vector<Waypoint>& wa
   plan.tree.back().visible = static_cast<int>(gain_of_plan_);
   plan.tree.back().gain = view.utility;
   plan.best = static_cast<int>(plan.tree.size()) - 1;
-  plan.path = FirstPartOf(way);
+  plan.path = FirstPartOf(way, options_.max_edge_m);
   return plan;
 }
 
@@ -210,7 +195,7 @@ ViewPlan CoveragePlanner::GrowTree(const OccupancyMap& map, const CollisionCheck
   }
   NoteGain();
   gain_of_plan_ = tree.nodes()[static_cast<std::size_t>(plan.best)].visible;
-  plan.path = FirstPartOf(plan.path);
+  plan.path = FirstPartOf(plan.path, options_.max_edge_m);
   return plan;
 }
 

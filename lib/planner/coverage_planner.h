@@ -60,7 +60,6 @@ class CoveragePlanner final : public ViewPlanner {
   ViewPlan GrowTree(const OccupancyMap& map, const CollisionChecker& checker, const Waypoint& at);
   /// Begins the search that ends the exploration anew.
   void NoteGain();
-  std::vector<Waypoint> FirstPartOf(const std::vector<Waypoint>& way) const;
 
   PlannerOptions options_;
   MotionLimits limits_;

@@ -31,6 +31,10 @@ constexpr int kMaxFailures = 30;
 constexpr double kHome_m = 0.5;
 /// Places near a goal that a way is looked for to.
 constexpr int kPlacesTried = 20;
+/// Of a step that is flown nose first where the map is uncertain.
+constexpr double kNoseFirst_m = 0.5;
+/// Where the clearances are not kept, a place with room for them is looked for this near.
+constexpr double kRoom_m = 3;
 constexpr const char* kNothingToGain = "nothing_to_gain";
 // Share of what was unseen at the last second look at home, to look once more.
 constexpr double kLessUnseen = 0.9;
@@ -41,8 +45,20 @@ constexpr int kMaxWaysHome = 100;
 // vehicle finds itself inside its clearances.
 constexpr double kShares[] = {1, 0.75, 0.5, 0.25};
 constexpr double kLeastShare = 0.5;
+// And that a way back keeps from what is surely there.
+constexpr double kWayBackShares[] = {1, 0.5, 0.25, 0};
+// What is uncertain by less than this share of the most that clearances grow by is surely there.
+constexpr double kSureShare = 0.5;
 // Half the clearance that was planned with is the controller's and the drift's to use up.
 constexpr double kFlightShare = 0.5;
+
+/// A step with the sonar turned to where it goes, unless it is short.
+std::vector<Waypoint> NoseFirst(const Waypoint& from, const Waypoint& to) {
+  const Vec3 step_m = to.position_W_m - from.position_W_m;
+  if (step_m.head<2>().norm() < kNoseFirst_m) return {to};
+  const double ahead_rad = std::atan2(step_m.y(), step_m.x());
+  return {{from.position_W_m, ahead_rad}, {to.position_W_m, ahead_rad}, to};
+}
 
 }  // namespace
 
@@ -184,8 +200,7 @@ bool Explorer::NeedsPlan(const OccupancyMap& map, const Waypoint& at, Time now) 
   if (kind_ == PlanKind::kHold) return now - planned_at_ > kHoldTime;
   if (HasReached(at)) return true;
   if (visit_ && visit_->arrived && IsVisitOver()) return true;
-  // The way back was flown before; the map that says otherwise has moved.
-  if (kind_ == PlanKind::kWayBack || now - checked_at_ < kCheckPeriod) return false;
+  if (now - checked_at_ < kCheckPeriod) return false;
   checked_at_ = now;
   return IsBlocked(map, at) ||
          (state_ == ExplorerState::kExploring && planner_->IsObsolete(map, plan_->path));
@@ -198,7 +213,9 @@ bool Explorer::HasReached(const Waypoint& at) const {
 }
 
 bool Explorer::IsBlocked(const OccupancyMap& map, const Waypoint& at) const {
-  const CollisionChecker checker = CheckerAt(map, at, flight_share_);
+  const CollisionChecker checker = kind_ == PlanKind::kWayBack
+                                       ? WayBackChecker(map, at, flight_share_).PassingUnknown()
+                                       : CheckerAt(map, at, flight_share_);
   // The rest of the path begins behind the waypoint that the vehicle is nearest to leaving.
   const std::vector<Waypoint>& path = plan_->path;
   std::size_t next = path.size() - 1;
@@ -230,9 +247,9 @@ void Explorer::MakePlan(const OccupancyMap& map, const Waypoint& at) {
     failures_ = 0;
     return;
   }
-  if (BackOut(map, at)) return;
+  if (LeaveTightPlace(map, at, &Explorer::BackOut)) return;
   if (++failures_ <= kMaxFailures) {
-    if (Escape(map, at)) return;
+    if (LeaveTightPlace(map, at, &Explorer::Escape)) return;
     SetPlan({at}, PlanKind::kHold);  // The next scans may clear what is in the way.
   } else if (state_ == ExplorerState::kReturning) {
     Finish(at);
@@ -270,11 +287,12 @@ bool Explorer::KeepsAllClearances() const { return flight_share_ >= kFlightShare
 bool Explorer::Explore(const OccupancyMap& map, const Waypoint& at) {
   const auto checker = CheckerFor(map, at);
   if (!checker) return false;
+  if (IsUncertain(map) && !KeepsAllClearances() && MakeRoom(map, *checker, at)) return true;
   if (BeginVisit(map, *checker, at)) return true;
   ViewPlan found = planner_->Plan(map, *checker, at);
   switch (found.outcome) {
     case ViewPlan::Outcome::kGo:
-      SetPlan(std::move(found.path), PlanKind::kPath, std::move(found.tree), found.best);
+      SetPlan(Flown(map, *checker, found.path), PlanKind::kPath, std::move(found.tree), found.best);
       if (HasReached(at)) kind_ = PlanKind::kHold;
       return true;
     case ViewPlan::Outcome::kLookOn:
@@ -290,6 +308,51 @@ bool Explorer::Explore(const OccupancyMap& map, const Waypoint& at) {
     state_ = ExplorerState::kRevisiting;
   } else {
     EndWith(kNothingToGain, mission_.when_done == WhenDone::kReturn);
+  }
+  return false;
+}
+
+double Explorer::SureSigma_m() const {
+  return kSureShare * options_.max_uncertainty_m / std::max(1e-9, options_.uncertainty_sigmas);
+}
+
+bool Explorer::IsUncertain(const OccupancyMap& map) const {
+  return map.max_sigma_m() > SureSigma_m();
+}
+
+std::vector<Waypoint> Explorer::Flown(const OccupancyMap& map, const CollisionChecker& checker,
+                                      const std::vector<Waypoint>& path) const {
+  if (!IsUncertain(map)) return path;
+  std::vector<Waypoint> flown = {path.front()};
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    const auto step = NoseFirst(path[i - 1], path[i]);
+    Waypoint from = flown.back();
+    const bool is_free = std::all_of(step.begin(), step.end(), [&](const Waypoint& next) {
+      return checker.IsEdgeFree(map, std::exchange(from, next), next);
+    });
+    if (is_free) {
+      flown.insert(flown.end(), step.begin(), step.end());
+    } else {
+      flown.push_back(path[i]);
+    }
+  }
+  return flown;
+}
+
+bool Explorer::MakeRoom(const OccupancyMap& map, const CollisionChecker& checker,
+                        const Waypoint& at) {
+  routes_->Search(map, checker, at);
+  const std::vector<Reached> reached = routes_->reached();  // RouteTo() may find others.
+  int tries = 0;
+  for (std::size_t i = 1; i < reached.size() && tries < kPlacesTried; ++i) {
+    if (reached[i].time_s * limits_.max_speed_m_s > kRoom_m) break;
+    const double yaw_rad = YawOfHeading(NearestHeading(reached[i].arc, at.yaw_rad));
+    if (!checker_.IsFree(map, {routes_->PositionOf(reached[i]), yaw_rad})) continue;
+    ++tries;
+    auto way = routes_->RouteTo(map, checker, static_cast<int>(i), yaw_rad);
+    if (!way) return false;
+    SetPlan(Flown(map, checker, *way), PlanKind::kPath);
+    return true;
   }
   return false;
 }
@@ -341,7 +404,8 @@ bool Explorer::ReturnHome(const OccupancyMap& map, const Waypoint& at) {
   auto way = WayTo(map, *checker, {*home_W_, at.yaw_rad}, kHome_m, kAllHeadings);
   if (!way) return false;
   ++ways_home_;
-  SetPlan(std::move(*way), PlanKind::kPath);
+  if (!KeepsAllClearances()) way = FirstPartOf(*way, options_.max_edge_m);
+  SetPlan(Flown(map, *checker, *way), PlanKind::kPath);
   return true;
 }
 
@@ -382,7 +446,7 @@ bool Explorer::FlyToVisit(const OccupancyMap& map, const CollisionChecker& check
   if (!way) return false;
   // The lattice ends beside the place; the vehicle fitted there once.
   if (checker.IsEdgeFree(map, way->back(), first)) way->push_back(first);
-  SetPlan(std::move(*way), PlanKind::kPath);
+  SetPlan(Flown(map, checker, *way), PlanKind::kPath);
   return true;
 }
 
@@ -459,9 +523,28 @@ bool Explorer::Revisit(const OccupancyMap& map, const Waypoint& at) {
   return false;
 }
 
-bool Explorer::BackOut(const OccupancyMap& map, const Waypoint& at) {
+CollisionChecker Explorer::WayBackChecker(const OccupancyMap& map, const Waypoint& at,
+                                          double share) const {
+  CollisionChecker checker = checker_.Scaled(share).ForSure(SureSigma_m());
+  // What the map shows inside the hull cannot be there.
+  checker.SetPresence(at, map.grid().voxel_size_m(), CollisionChecker::Presence::kCoversOccupied);
+  return checker;
+}
+
+bool Explorer::LeaveTightPlace(const OccupancyMap& map, const Waypoint& at, WayOut way_out) {
+  for (const double share : kWayBackShares) {
+    if (!(this->*way_out)(map, at, WayBackChecker(map, at, share))) continue;
+    flight_share_ = kFlightShare * share;
+    return true;
+  }
+  return false;
+}
+
+bool Explorer::BackOut(const OccupancyMap& map, const Waypoint& at, const CollisionChecker& rules) {
+  const CollisionChecker checker = rules.PassingUnknown();  // It was free when the vehicle came.
   std::vector<Waypoint> path = {at};
   for (auto back = history_.rbegin(); back != history_.rend(); ++back) {
+    if (!checker.IsEdgeFree(map, path.back(), *back)) return false;
     path.push_back(*back);
     if (LengthOf(at, *back) < kHistoryStep_m || FreeShareAt(map, *back) < kLeastShare) continue;
     // From there the next way back goes on, never to and fro.
@@ -473,11 +556,9 @@ bool Explorer::BackOut(const OccupancyMap& map, const Waypoint& at) {
   return false;
 }
 
-bool Explorer::Escape(const OccupancyMap& map, const Waypoint& at) {
-  CollisionChecker hull = checker_.Scaled(0);
-  // What the map shows inside the hull cannot be there.
-  hull.SetPresence(at, map.grid().voxel_size_m(), CollisionChecker::Presence::kCoversOccupied);
-  const TreeContext context{map, hull, {}};
+bool Explorer::Escape(const OccupancyMap& map, const Waypoint& at,
+                      const CollisionChecker& checker) {
+  const TreeContext context{map, checker, {}};
   Random random = NextRandom();
   NbvTree tree(options_, box_W_, at);
   tree.Spread(context, options_.tree_nodes, random);

@@ -43,7 +43,10 @@ enum class ExplorerState {
 /// used goes home and ends.
 ///
 /// The path is tested again while it is flown; a hull that finds itself inside its own clearance
-/// after the map has moved backs out along the way it came, or else leaves with the bare hull.
+/// after the map has moved backs out along the way it came, or else leaves to any side, with as
+/// much clearance as there is from what is surely where the map shows it. Where the map is
+/// uncertain, paths are flown with the sonar ahead, and a place that offers all clearances comes
+/// first.
 class Explorer {
  public:
   Explorer(const PlannerOptions& options, const MotionLimits& limits,
@@ -90,7 +93,7 @@ class Explorer {
  private:
   enum class PlanKind {
     kPath,     ///< Tested while it is flown.
-    kWayBack,  ///< Out of a place that the map has closed; not tested.
+    kWayBack,  ///< Out of a place that the map has closed; tested by WayBackChecker().
     kHold,     ///< Stay for a while.
     kSearch,   ///< Stay until the planner has looked at all places.
   };
@@ -114,6 +117,17 @@ class Explorer {
   bool IsBlocked(const OccupancyMap& map, const Waypoint& at) const;
   void MakePlan(const OccupancyMap& map, const Waypoint& at);
   bool Explore(const OccupancyMap& map, const Waypoint& at);
+  /// To a place nearby that offers all clearances.
+  bool MakeRoom(const OccupancyMap& map, const CollisionChecker& checker, const Waypoint& at);
+  /// What is placed less certainly than this may be far from where the map shows it.
+  double SureSigma_m() const;
+  /// Whether anything in the map may be.
+  bool IsUncertain(const OccupancyMap& map) const;
+  /// A path as it is flown. Where the map is uncertain, with the sonar turned to where each step
+  /// goes, as far as that is free: what is in the way is seen before it is met, wherever older
+  /// submaps show it.
+  std::vector<Waypoint> Flown(const OccupancyMap& map, const CollisionChecker& checker,
+                              const std::vector<Waypoint>& path) const;
   /// Begins to see a submap again if that is worth its time.
   bool BeginVisit(const OccupancyMap& map, const CollisionChecker& checker, const Waypoint& at);
   /// To where the submap of the visit began.
@@ -135,10 +149,17 @@ class Explorer {
   /// map has moved, and the vehicle may know better where it is, so that passages are open that
   /// were not. Each time that less is unseen than the time before.
   bool IsWorthASecondLook();
+  /// A way out of a place that offers too little room, by the given rules.
+  using WayOut = bool (Explorer::*)(const OccupancyMap&, const Waypoint&, const CollisionChecker&);
+  /// The same with as much clearance as can be had.
+  bool LeaveTightPlace(const OccupancyMap& map, const Waypoint& at, WayOut way_out);
   /// Back along the way the vehicle came, to where there is room. History ends there then.
-  bool BackOut(const OccupancyMap& map, const Waypoint& at);
-  /// With the bare hull to any place with more room than here.
-  bool Escape(const OccupancyMap& map, const Waypoint& at);
+  bool BackOut(const OccupancyMap& map, const Waypoint& at, const CollisionChecker& rules);
+  /// To any place with more room than here.
+  bool Escape(const OccupancyMap& map, const Waypoint& at, const CollisionChecker& checker);
+  /// The rules for ways out: a share of the clearances from what is surely there; what old submaps
+  /// show where the vehicle is must be elsewhere.
+  CollisionChecker WayBackChecker(const OccupancyMap& map, const Waypoint& at, double share) const;
 
   /// The rules with a share of the clearances, for a vehicle at `at`.
   CollisionChecker CheckerAt(const OccupancyMap& map, const Waypoint& at, double share) const;

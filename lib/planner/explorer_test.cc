@@ -240,6 +240,26 @@ TEST_F(ExplorerTest, BacksOutAlongTheWayItCame) {
   EXPECT_GT(LengthOf(plan->path.back(), before), 0.2);
 }
 
+TEST_F(ExplorerTest, DoesNotBackOutThroughWhatIsSurelyThere) {
+  for (int i = 0; i < 8; ++i) {
+    const Plan* plan = Update(3);
+    ASSERT_NE(plan, nullptr);
+    Fly(plan->path);
+  }
+  // The map moves: walls stand around the hull, and across the way it came.
+  const Vec3 room_m = 0.5 * options_.hull_size_m + Vec3::Constant(0.12);
+  ForEachVoxel({{-18, -13, -7}, {17, 12, 6}}, [&](const VoxelKey& key) {
+    const Vec3 p_B = at_.X_WB().inverse() * known_.grid().CenterOf(key);
+    const bool is_inside = (p_B.cwiseAbs().array() < room_m.array()).all();
+    known_.Set(key, is_inside ? GridMap::kFree : GridMap::kOccupied);
+  });
+  for (int i = 0; i < 60; ++i) {
+    const Plan* plan = Update(3);
+    if (plan == nullptr) continue;
+    for (const Waypoint& waypoint : plan->path) EXPECT_LT(LengthOf(waypoint, at_), 0.3);
+  }
+}
+
 /// The same with the planner of coverage, and home at the end.
 class CoverageTest : public ExplorerTest {
  protected:
@@ -504,6 +524,31 @@ TEST_F(CoverageTest, ComesHomeAlongTheWayItCameWhereTheMapShowsNone) {
   }
   EXPECT_EQ(explorer_->state(), ExplorerState::kFinished);
   EXPECT_TRUE(explorer_->is_home());
+}
+
+TEST_F(CoverageTest, FliesNoseFirstWhereTheMapIsUncertain) {
+  options_.max_uncertainty_m = 0.05;  // There is room all the same.
+  for (const double sigma_m : {0.0, 0.6}) {
+    Restart();
+    int steps = 0, nose_first = 0;
+    for (int i = 0; i < 60 && explorer_->state() == ExplorerState::kExploring; ++i) {
+      known_.SetSigmas([&] { return sigma_m; });
+      const Plan* plan = Update(3);
+      if (plan == nullptr) continue;
+      for (std::size_t leg = 1; leg < plan->path.size(); ++leg) {
+        const Waypoint &from = plan->path[leg - 1], &to = plan->path[leg];
+        const Vec3 step_m = to.position_W_m - from.position_W_m;
+        if (step_m.head<2>().norm() < 0.5) continue;
+        const double ahead_rad = std::atan2(step_m.y(), step_m.x());
+        ++steps;
+        nose_first += std::abs(WrapAngle(from.yaw_rad - ahead_rad)) < 1e-9 &&
+                      std::abs(WrapAngle(to.yaw_rad - ahead_rad)) < 1e-9;
+      }
+      Fly(plan->path);
+    }
+    EXPECT_GT(steps, 3) << sigma_m;
+    EXPECT_EQ(2 * nose_first > steps, sigma_m > 0) << nose_first << " of " << steps;
+  }
 }
 
 TEST_F(CoverageTest, GivesUpAHomeThatCannotBeReached) {

@@ -119,7 +119,7 @@ struct PlannerOptions {
   double clearance_m = 0.15;
   double unknown_clearance_m = 0.05;
   double uncertainty_sigmas = 2;
-  double max_uncertainty_m = 0.6;
+  double max_uncertainty_m = 1.0;
   double bubble_radius_m = 1.2;
   double revisit_share = 0;
   double goal_tolerance_m = 0.15;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 #include <set>
+#include <utility>
 
 #include "lib/occupancy/frontiers.h"
 
@@ -342,17 +343,14 @@ std::vector<Waypoint> Explorer::Flown(const OccupancyMap& map, const CollisionCh
 bool Explorer::MakeRoom(const OccupancyMap& map, const CollisionChecker& checker,
                         const Waypoint& at) {
   routes_->Search(map, checker, at);
-  const std::vector<Reached> reached = routes_->reached();  // RouteTo() may find others.
-  int tries = 0;
-  for (std::size_t i = 1; i < reached.size() && tries < kPlacesTried; ++i) {
+  const std::vector<Reached>& reached = routes_->reached();
+  for (std::size_t i = 1; i < reached.size(); ++i) {
     if (reached[i].time_s * limits_.max_speed_m_s > kRoom_m) break;
     const double yaw_rad = YawOfHeading(NearestHeading(reached[i].arc, at.yaw_rad));
     if (!checker_.IsFree(map, {routes_->PositionOf(reached[i]), yaw_rad})) continue;
-    ++tries;
-    auto way = routes_->RouteTo(map, checker, static_cast<int>(i), yaw_rad);
-    if (!way) return false;
-    SetPlan(Flown(map, checker, *way), PlanKind::kPath);
-    return true;
+    const auto way = routes_->RouteTo(map, checker, static_cast<int>(i), yaw_rad);
+    if (way) SetPlan(Flown(map, checker, *way), PlanKind::kPath);
+    return way.has_value();
   }
   return false;
 }

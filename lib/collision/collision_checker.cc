@@ -168,6 +168,29 @@ bool CollisionChecker::IsEdgeFree(const OccupancyMap& map, const Waypoint& from,
   return FreeFractionOf(map, from, to) == 1;
 }
 
+bool CollisionChecker::IsSurelyKnown(const OccupancyMap& map, const Waypoint& from,
+                                     const Waypoint& to) const {
+  const Vec3 half_m = 0.5 * rules_.hull_size_m;
+  const double reach_m = half_m.head<2>().norm();
+  const int samples = SamplesOf(map, from, to);
+  std::vector<VoxelKey> passed;
+  for (int i = 0; i <= samples; i += kPieceSamples / 2) {
+    const Waypoint at = Interpolate(from, to, static_cast<double>(i) / samples);
+    const Pose3 X_BW = at.X_WB().inverse();
+    const Vec3 reach(reach_m, reach_m, half_m.z());
+    passed.clear();
+    ForEachVoxel(VoxelsOf(map.grid(), {at.position_W_m - reach, at.position_W_m + reach}),
+                 [&](const VoxelKey& voxel) {
+                   const Vec3 center_W = map.grid().CenterOf(voxel);
+                   const bool is_passed =
+                       ((X_BW * center_W).cwiseAbs().array() < half_m.array()).all();
+                   if (is_passed && !IsInsideHull(center_W)) passed.push_back(voxel);
+                 });
+    if (!map.IsSurelyKnown(passed)) return false;
+  }
+  return true;
+}
+
 double CollisionChecker::FreeFractionOf(const OccupancyMap& map, const Waypoint& from,
                                         const Waypoint& to) const {
   const int samples = SamplesOf(map, from, to);

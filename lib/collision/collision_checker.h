@@ -84,6 +84,10 @@ class CollisionChecker {
   /// block.
   bool IsEdgeFree(const OccupancyMap& map, const Waypoint& from, const Waypoint& to) const;
 
+  /// Whether all that the bare hull passes on its way, but for where the vehicle is present, was
+  /// seen by observations whose place is sure: OccupancyMap::IsSurelyKnown().
+  bool IsSurelyKnown(const OccupancyMap& map, const Waypoint& from, const Waypoint& to) const;
+
   /// The free part of the edge from its start, as a fraction 0..1 of its length.
   double FreeFractionOf(const OccupancyMap& map, const Waypoint& from, const Waypoint& to) const;
 

@@ -292,6 +292,26 @@ TEST(CollisionCheckerTest, WhatIsNotSurelyThereBlocksTheBareHullAlone) {
     }
 }
 
+TEST(CollisionCheckerTest, TellsWhetherAllOnAWayIsSurelyKnown) {
+  CollisionRules rules;
+  rules.hull_size_m = {1, 1, 0.5};
+  CollisionChecker dut(rules);
+  const Waypoint from{{0, 0, 0}, 0}, to{{2, 0, 0}, 0};
+  for (const auto& [unsure_W, is_passed] :
+       {std::pair(Vec3(1.05, 0.45, 0.15), true), std::pair(Vec3(2.35, -0.35, -0.15), true),
+        std::pair(Vec3(1.05, 0.65, 0.05), false), std::pair(Vec3(1.05, 0.05, 0.35), false),
+        std::pair(Vec3(0.05, 0.05, 0.05), true)}) {
+    GridMap map(0.1);
+    map.SetUnsure({map.grid().KeyOf(unsure_W)});
+    EXPECT_EQ(dut.IsSurelyKnown(map, from, to), !is_passed) << unsure_W.transpose();
+  }
+  // Where the vehicle is, it need not have looked.
+  GridMap map(0.1);
+  map.SetUnsure({map.grid().KeyOf({0.05, 0.05, 0.05})});
+  dut.SetPresence(from, 0.1);
+  EXPECT_TRUE(dut.IsSurelyKnown(map, from, to));
+}
+
 TEST(CollisionCheckerTest, MayPassUnknownWater) {
   const CollisionChecker dut{CollisionRules{}};
   GridMap map(0.1);

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <algorithm>
+#include <set>
 #include <span>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "lib/occupancy/occupancy_map.h"
@@ -67,6 +70,13 @@ class GridMap final : public OccupancyMap {
       sigma_m[i] = static_cast<float>(SigmaAt(voxels[i]));
   }
   double max_sigma_m() const override { return max_sigma_m_; }
+  void SetUnsure(std::set<VoxelKey> unsure) { unsure_ = std::move(unsure); }
+  void SetAllUnsure(bool are_unsure) { are_all_unsure_ = are_unsure; }
+  bool IsSurelyKnown(std::span<const VoxelKey> voxels) const override {
+    return !are_all_unsure_ && std::none_of(voxels.begin(), voxels.end(), [&](const VoxelKey& v) {
+      return unsure_.count(v) > 0;
+    });
+  }
   std::int64_t revision() const override { return revision_; }
 
  private:
@@ -74,6 +84,8 @@ class GridMap final : public OccupancyMap {
   std::vector<float> near_ = std::vector<float>(kNear.count(), kUnknownLogOdds);
   std::unordered_map<VoxelKey, float> far_, sigma_m_;
   double max_sigma_m_ = 0;
+  std::set<VoxelKey> unsure_;
+  bool are_all_unsure_ = false;
   std::int64_t revision_ = 0;
 };
 

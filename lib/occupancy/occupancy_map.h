@@ -139,6 +139,10 @@ class OccupancyMap {
   /// The largest that SigmaOf() may answer.
   virtual double max_sigma_m() const { return 0; }
 
+  /// Whether each of `voxels` was seen by an observation that is surely placed, seen from the
+  /// vehicle.
+  virtual bool IsSurelyKnown(std::span<const VoxelKey> /*voxels*/) const { return true; }
+
   /// Grows whenever an answer may have changed.
   virtual std::int64_t revision() const = 0;
 

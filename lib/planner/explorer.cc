@@ -33,7 +33,7 @@ constexpr double kHome_m = 0.5;
 /// Places near a goal that a way is looked for to.
 constexpr int kPlacesTried = 20;
 /// Of a step that is flown nose first where the map is uncertain.
-constexpr double kNoseFirst_m = 0.5;
+constexpr double kNoseFirst_m = 0.3;
 /// Where the clearances are not kept, a place with room for them is looked for this near.
 constexpr double kRoom_m = 3;
 constexpr const char* kNothingToGain = "nothing_to_gain";
@@ -48,17 +48,22 @@ constexpr double kShares[] = {1, 0.75, 0.5, 0.25};
 constexpr double kLeastShare = 0.5;
 // And that a way back keeps from what is surely there.
 constexpr double kWayBackShares[] = {1, 0.5, 0.25, 0};
-// What is uncertain by less than this share of the most that clearances grow by is surely there.
-constexpr double kSureShare = 0.5;
 // Half the clearance that was planned with is the controller's and the drift's to use up.
 constexpr double kFlightShare = 0.5;
 
-/// A step with the sonar turned to where it goes, unless it is short.
-std::vector<Waypoint> NoseFirst(const Waypoint& from, const Waypoint& to) {
-  const Vec3 step_m = to.position_W_m - from.position_W_m;
-  if (step_m.head<2>().norm() < kNoseFirst_m) return {to};
-  const double ahead_rad = std::atan2(step_m.y(), step_m.x());
-  return {{from.position_W_m, ahead_rad}, {to.position_W_m, ahead_rad}, to};
+/// The heading that turns the sonar to where a step goes; `yaw_rad` if it hardly goes anywhere.
+double HeadingAlong(const Vec3& step_m, double yaw_rad) {
+  if (step_m.head<2>().norm() < kNoseFirst_m) return yaw_rad;
+  return std::atan2(step_m.y(), step_m.x());
+}
+
+bool IsSame(const Waypoint& a, const Waypoint& b) {
+  return LengthOf(a, b) < 1e-9 && std::abs(WrapAngle(a.yaw_rad - b.yaw_rad)) < 1e-9;
+}
+
+/// Adds a waypoint to a path unless it ends there.
+void Append(const Waypoint& to, std::vector<Waypoint>& path) {
+  if (!IsSame(path.back(), to)) path.push_back(to);
 }
 
 }  // namespace
@@ -203,8 +208,8 @@ bool Explorer::NeedsPlan(const OccupancyMap& map, const Waypoint& at, Time now) 
   if (visit_ && visit_->arrived && IsVisitOver()) return true;
   if (now - checked_at_ < kCheckPeriod) return false;
   checked_at_ = now;
-  return IsBlocked(map, at) ||
-         (state_ == ExplorerState::kExploring && planner_->IsObsolete(map, plan_->path));
+  return IsBlocked(map, at) || (state_ == ExplorerState::kExploring && kind_ == PlanKind::kPath &&
+                                planner_->IsObsolete(map, plan_->path));
 }
 
 bool Explorer::HasReached(const Waypoint& at) const {
@@ -288,7 +293,9 @@ bool Explorer::KeepsAllClearances() const { return flight_share_ >= kFlightShare
 bool Explorer::Explore(const OccupancyMap& map, const Waypoint& at) {
   const auto checker = CheckerFor(map, at);
   if (!checker) return false;
-  if (IsUncertain(map) && !KeepsAllClearances() && MakeRoom(map, *checker, at)) return true;
+  if (!KeepsAllClearances() && map.max_sigma_m() > options_.sure_sigma_m() &&
+      MakeRoom(map, *checker, at))
+    return true;
   if (BeginVisit(map, *checker, at)) return true;
   ViewPlan found = planner_->Plan(map, *checker, at);
   switch (found.outcome) {
@@ -313,30 +320,22 @@ bool Explorer::Explore(const OccupancyMap& map, const Waypoint& at) {
   return false;
 }
 
-double Explorer::SureSigma_m() const {
-  return kSureShare * options_.max_uncertainty_m / std::max(1e-9, options_.uncertainty_sigmas);
-}
-
-bool Explorer::IsUncertain(const OccupancyMap& map) const {
-  return map.max_sigma_m() > SureSigma_m();
-}
-
 std::vector<Waypoint> Explorer::Flown(const OccupancyMap& map, const CollisionChecker& checker,
                                       const std::vector<Waypoint>& path) const {
-  if (!IsUncertain(map)) return path;
   std::vector<Waypoint> flown = {path.front()};
   for (std::size_t i = 1; i < path.size(); ++i) {
-    const auto step = NoseFirst(path[i - 1], path[i]);
-    Waypoint from = flown.back();
-    const bool is_free = std::all_of(step.begin(), step.end(), [&](const Waypoint& next) {
-      return checker.IsEdgeFree(map, std::exchange(from, next), next);
-    });
-    if (is_free) {
-      flown.insert(flown.end(), step.begin(), step.end());
-    } else {
-      flown.push_back(path[i]);
-    }
+    const Waypoint &from = path[i - 1], &to = path[i];
+    const double ahead_rad =
+        HeadingAlong(to.position_W_m - from.position_W_m, flown.back().yaw_rad);
+    const Waypoint turned{from.position_W_m, ahead_rad}, there{to.position_W_m, ahead_rad};
+    // At its end it must be possible to turn as the path does.
+    const bool goes_ahead =
+        !checker.IsSurelyKnown(map, from, to) && checker.IsEdgeFree(map, flown.back(), turned) &&
+        checker.IsEdgeFree(map, turned, there) && checker.IsEdgeFree(map, there, to);
+    Append(goes_ahead ? turned : from, flown);
+    Append(goes_ahead ? there : to, flown);
   }
+  Append(path.back(), flown);
   return flown;
 }
 
@@ -396,15 +395,42 @@ bool Explorer::ReturnHome(const OccupancyMap& map, const Waypoint& at) {
     Finish(at);
     return true;
   }
+  if (ways_home_ == kMaxWaysHome) return false;
   const auto checker = CheckerFor(map, at);
-  if (!checker || ways_home_ == kMaxWaysHome) return false;
-  routes_->Search(map, *checker, at);
-  auto way = WayTo(map, *checker, {*home_W_, at.yaw_rad}, kHome_m, kAllHeadings);
+  if (checker && FlyHome(map, *checker, at)) return true;
+  return map.max_sigma_m() > options_.sure_sigma_m() && FeelHome(map, at);
+}
+
+bool Explorer::FlyHome(const OccupancyMap& map, const CollisionChecker& checker,
+                       const Waypoint& at) {
+  auto way = WayHome(map, checker, at);
   if (!way) return false;
-  ++ways_home_;
   if (!KeepsAllClearances()) way = FirstPartOf(*way, options_.max_edge_m);
-  SetPlan(Flown(map, *checker, *way), PlanKind::kPath);
+  SetPlan(Flown(map, checker, *way), PlanKind::kPath);
   return true;
+}
+
+bool Explorer::FeelHome(const OccupancyMap& map, const Waypoint& at) {
+  for (const double share : kShares) {
+    if (share < kLeastShare) break;
+    const CollisionChecker checker = WayBackChecker(map, at, share);
+    const auto way = WayHome(map, checker, at);
+    if (!way) continue;
+    flight_share_ = kFlightShare * share;
+    const auto piece = FirstPartOf(*way, options_.max_edge_m);
+    SetPlan(Flown(map, checker, piece), PlanKind::kWayBack);
+    return true;
+  }
+  return false;
+}
+
+std::optional<std::vector<Waypoint>> Explorer::WayHome(const OccupancyMap& map,
+                                                       const CollisionChecker& checker,
+                                                       const Waypoint& at) {
+  routes_->Search(map, checker, at);
+  auto way = WayTo(map, checker, {*home_W_, at.yaw_rad}, kHome_m, kAllHeadings);
+  if (way) ++ways_home_;
+  return way;
 }
 
 std::optional<std::vector<Waypoint>> Explorer::WayTo(const OccupancyMap& map,
@@ -507,7 +533,7 @@ bool Explorer::Revisit(const OccupancyMap& map, const Waypoint& at) {
   if (!checker) return false;
   const TreeContext context{map, *checker, {}};
   for (std::size_t tries = 0; tries < history_.size(); ++tries) {
-    const Waypoint target = history_[next_revisit_ % history_.size()];
+    const Waypoint target = history_[next_revisit_ % history_.size()].at;
     Random random = NextRandom();
     NbvTree tree(options_, box_W_, at);
     const int node = tree.GrowToward(context, target, options_.tree_nodes, random);
@@ -523,7 +549,7 @@ bool Explorer::Revisit(const OccupancyMap& map, const Waypoint& at) {
 
 CollisionChecker Explorer::WayBackChecker(const OccupancyMap& map, const Waypoint& at,
                                           double share) const {
-  CollisionChecker checker = checker_.Scaled(share).ForSure(SureSigma_m());
+  CollisionChecker checker = checker_.Scaled(share).ForSure(options_.sure_sigma_m());
   // What the map shows inside the hull cannot be there.
   checker.SetPresence(at, map.grid().voxel_size_m(), CollisionChecker::Presence::kCoversOccupied);
   return checker;
@@ -542,13 +568,13 @@ bool Explorer::BackOut(const OccupancyMap& map, const Waypoint& at, const Collis
   const CollisionChecker checker = rules.PassingUnknown();  // It was free when the vehicle came.
   std::vector<Waypoint> path = {at};
   for (auto back = history_.rbegin(); back != history_.rend(); ++back) {
-    if (!checker.IsEdgeFree(map, path.back(), *back)) return false;
-    path.push_back(*back);
-    if (LengthOf(at, *back) < kHistoryStep_m || FreeShareAt(map, *back) < kLeastShare) continue;
+    if (!checker.IsEdgeFree(map, path.back(), back->at)) return false;
+    path.push_back(back->at);
+    if (LengthOf(at, back->at) < kHistoryStep_m || FreeShareAt(map, back->at) < kLeastShare)
+      continue;
     // From there the next way back goes on, never to and fro.
     history_.erase(back.base(), history_.end());
-    planner_->Forget();
-    SetPlan(std::move(path), PlanKind::kWayBack);
+    SetWayBack(map, checker, path);
     return true;
   }
   return false;
@@ -569,9 +595,19 @@ bool Explorer::Escape(const OccupancyMap& map, const Waypoint& at,
     best_share = share;
   }
   if (best == 0) return false;
-  planner_->Forget();
-  SetPlan(tree.BranchTo(best), PlanKind::kWayBack, tree.nodes(), best);
+  SetWayBack(map, checker, tree.BranchTo(best), tree.nodes(), best);
   return true;
+}
+
+void Explorer::SetWayBack(const OccupancyMap& map, const CollisionChecker& checker,
+                          const std::vector<Waypoint>& path, std::vector<TreeNode> tree, int best) {
+  planner_->Forget();
+  std::vector<Waypoint> flown = Flown(map, checker, path);
+  // The turn at its end takes longer than the way there, and is worth it for its room alone.
+  if (flown.size() > 2 && LengthOf(flown.back(), flown[flown.size() - 2]) < 1e-9 &&
+      FreeShareAt(map, flown[flown.size() - 2]) >= FreeShareAt(map, flown.back()))
+    flown.pop_back();
+  SetPlan(std::move(flown), PlanKind::kWayBack, std::move(tree), best);
 }
 
 void Explorer::SetPlan(std::vector<Waypoint> path, PlanKind kind, std::vector<TreeNode> tree,
@@ -587,10 +623,22 @@ void Explorer::Finish(const Waypoint& at) {
 
 void Explorer::Remember(const Waypoint& at) {
   if (plan_ && kind_ == PlanKind::kWayBack) return;
-  if (!history_.empty() && LengthOf(history_.back(), at) < kHistoryStep_m &&
-      std::abs(WrapAngle(history_.back().yaw_rad - at.yaw_rad)) < kHistoryStep_rad)
+  if (!history_.empty() && LengthOf(history_.back().at, at) < kHistoryStep_m &&
+      std::abs(WrapAngle(history_.back().at.yaw_rad - at.yaw_rad)) < kHistoryStep_rad)
     return;
-  history_.push_back(at);
+  history_.push_back({at});
+  if (X_WM_.empty()) return;
+  const auto& [newest, X_WM] = *X_WM_.rbegin();
+  history_.back().submap = newest;
+  history_.back().X_MB = X_WM.inverse() * at.X_WB();
+}
+
+void Explorer::SetSubmaps(const std::map<int, Pose3>& X_WM) {
+  X_WM_ = X_WM;
+  for (Passed& passed : history_) {
+    const auto submap = X_WM_.find(passed.submap);
+    if (submap != X_WM_.end()) passed.at = WaypointOf(submap->second * passed.X_MB);
+  }
 }
 
 }  // namespace vog

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -65,6 +66,10 @@ class Explorer {
   const Plan* Update(const OccupancyMap& map, const Pose3& X_WB, Time now, int submaps,
                      const std::string& hold = {});
 
+  /// Where the submaps are now. The way that the vehicle came moves with them: each part with the
+  /// newest submap that there was then, relative to which the vehicle knew best where it was.
+  void SetSubmaps(const std::map<int, Pose3>& X_WM);
+
   /// Known volume inside the exploration box, by every third voxel on each axis [m^3].
   double ExploredVolume(const OccupancyMap& map) const;
 
@@ -98,6 +103,13 @@ class Explorer {
     kSearch,   ///< Stay until the planner has looked at all places.
   };
 
+  /// Where the vehicle was.
+  struct Passed {
+    Waypoint at;
+    int submap = -1;  ///< The newest there was then; -1: none.
+    Pose3 X_MB = Pose3::Identity();
+  };
+
   /// On the way to a submap's place, or there.
   struct Visit {
     RevisitPlace place;
@@ -119,13 +131,9 @@ class Explorer {
   bool Explore(const OccupancyMap& map, const Waypoint& at);
   /// To a place nearby that offers all clearances.
   bool MakeRoom(const OccupancyMap& map, const CollisionChecker& checker, const Waypoint& at);
-  /// What is placed less certainly than this may be far from where the map shows it.
-  double SureSigma_m() const;
-  /// Whether anything in the map may be.
-  bool IsUncertain(const OccupancyMap& map) const;
-  /// A path as it is flown. Where the map is uncertain, with the sonar turned to where each step
-  /// goes, as far as that is free: what is in the way is seen before it is met, wherever older
-  /// submaps show it.
+  /// A path as it is flown. Through water that is not surely known with the sonar turned to where
+  /// each step goes, as far as that is free: what is in the way is seen before it is met, wherever
+  /// older submaps show it.
   std::vector<Waypoint> Flown(const OccupancyMap& map, const CollisionChecker& checker,
                               const std::vector<Waypoint>& path) const;
   /// Begins to see a submap again if that is worth its time.
@@ -141,6 +149,7 @@ class Explorer {
   FlightTime TimeSpent() const;
   bool Revisit(const OccupancyMap& map, const Waypoint& at);
   bool ReturnHome(const OccupancyMap& map, const Waypoint& at);
+  bool FlyHome(const OccupancyMap& map, const CollisionChecker& checker, const Waypoint& at);
   /// A way to `goal`, or near it, and a turn to its heading. @pre routes_ was searched.
   std::optional<std::vector<Waypoint>> WayTo(const OccupancyMap& map,
                                              const CollisionChecker& checker, const Waypoint& goal,
@@ -157,6 +166,15 @@ class Explorer {
   bool BackOut(const OccupancyMap& map, const Waypoint& at, const CollisionChecker& rules);
   /// To any place with more room than here.
   bool Escape(const OccupancyMap& map, const Waypoint& at, const CollisionChecker& checker);
+  /// A piece of the way home. Where all ways are closed by what is uncertain, it is better to go
+  /// and see than to go back all the way, which takes long, and the longer, the more uncertain.
+  bool FeelHome(const OccupancyMap& map, const Waypoint& at);
+  std::optional<std::vector<Waypoint>> WayHome(const OccupancyMap& map,
+                                               const CollisionChecker& checker, const Waypoint& at);
+  /// Flies a path out of a tight place.
+  void SetWayBack(const OccupancyMap& map, const CollisionChecker& checker,
+                  const std::vector<Waypoint>& path, std::vector<TreeNode> tree = {},
+                  int best = -1);
   /// The rules for ways out: a share of the clearances from what is surely there; what old submaps
   /// show where the vehicle is must be elsewhere.
   CollisionChecker WayBackChecker(const OccupancyMap& map, const Waypoint& at, double share) const;
@@ -206,7 +224,8 @@ class Explorer {
   std::optional<Waypoint> last_at_;
   double flight_share_ = 0;  // Of the clearances, that the plan in flight must keep.
   std::int64_t plans_ = 0, trees_ = 0;
-  std::vector<Waypoint> history_;  // The way the vehicle came, without what it went back again.
+  std::vector<Passed> history_;  // The way the vehicle came, without what it went back again.
+  std::map<int, Pose3> X_WM_;    // As SetSubmaps() was told.
   std::size_t next_revisit_ = 0;
   int failures_ = 0;   // Plans in a row that led nowhere, not even back.
   int ways_home_ = 0;  // Begun.

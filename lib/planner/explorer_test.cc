@@ -240,6 +240,32 @@ TEST_F(ExplorerTest, BacksOutAlongTheWayItCame) {
   EXPECT_GT(LengthOf(plan->path.back(), before), 0.2);
 }
 
+TEST_F(ExplorerTest, TheWayItCameMovesWithTheSubmaps) {
+  explorer_->SetSubmaps({{0, MakePose({1, 2, 3}, {0, 0, 1})}});
+  std::vector<Vec3> passed_W;
+  for (int i = 0; i < 8; ++i) {
+    passed_W.push_back(at_.position_W_m);
+    const Plan* plan = Update(3);
+    ASSERT_NE(plan, nullptr);
+    Fly(plan->path);
+  }
+  const Vec3 moved_m(0.05, 0.1, 0);
+  explorer_->SetSubmaps({{0, MakePose(Vec3(1, 2, 3) + moved_m, {0, 0, 1})}});
+  at_.position_W_m += moved_m;
+  const VoxelKey key = known_.grid().KeyOf(at_.X_WB() * Vec3(0.35, 0, 0));
+  known_.Fill({{key.x, key.y - 1, key.z - 1}, {key.x, key.y + 1, key.z + 1}}, GridMap::kOccupied);
+  const Plan* plan = nullptr;
+  for (int i = 0; i < 80 && plan == nullptr; ++i) plan = Update(1);
+  ASSERT_NE(plan, nullptr);
+  ASSERT_GT(plan->path.size(), 1u);
+  for (std::size_t i = 1; i < plan->path.size(); ++i) {
+    double nearest_m = 1;
+    for (const Vec3& p_W : passed_W)
+      nearest_m = std::min(nearest_m, (plan->path[i].position_W_m - p_W - moved_m).norm());
+    EXPECT_LT(nearest_m, 1e-9);
+  }
+}
+
 TEST_F(ExplorerTest, DoesNotBackOutThroughWhatIsSurelyThere) {
   for (int i = 0; i < 8; ++i) {
     const Plan* plan = Update(3);
@@ -527,18 +553,17 @@ TEST_F(CoverageTest, ComesHomeAlongTheWayItCameWhereTheMapShowsNone) {
 }
 
 TEST_F(CoverageTest, FliesNoseFirstWhereTheMapIsUncertain) {
-  options_.max_uncertainty_m = 0.05;  // There is room all the same.
-  for (const double sigma_m : {0.0, 0.6}) {
+  for (const bool is_uncertain : {false, true}) {
     Restart();
+    known_.SetAllUnsure(is_uncertain);
     int steps = 0, nose_first = 0;
     for (int i = 0; i < 60 && explorer_->state() == ExplorerState::kExploring; ++i) {
-      known_.SetSigmas([&] { return sigma_m; });
       const Plan* plan = Update(3);
       if (plan == nullptr) continue;
       for (std::size_t leg = 1; leg < plan->path.size(); ++leg) {
         const Waypoint &from = plan->path[leg - 1], &to = plan->path[leg];
         const Vec3 step_m = to.position_W_m - from.position_W_m;
-        if (step_m.head<2>().norm() < 0.5) continue;
+        if (step_m.head<2>().norm() < 0.3) continue;
         const double ahead_rad = std::atan2(step_m.y(), step_m.x());
         ++steps;
         nose_first += std::abs(WrapAngle(from.yaw_rad - ahead_rad)) < 1e-9 &&
@@ -546,9 +571,33 @@ TEST_F(CoverageTest, FliesNoseFirstWhereTheMapIsUncertain) {
       }
       Fly(plan->path);
     }
-    EXPECT_GT(steps, 3) << sigma_m;
-    EXPECT_EQ(2 * nose_first > steps, sigma_m > 0) << nose_first << " of " << steps;
+    EXPECT_GT(steps, 3);
+    EXPECT_EQ(2 * nose_first > steps, is_uncertain) << nose_first << " of " << steps;
   }
+}
+
+TEST_F(CoverageTest, FeelsItsWayHomeWhereWhatIsUncertainClosesAllWays) {
+  double explored_m = 0, home_m = 0;
+  for (int i = 0; i < 4000 && (explored_m < 8 || ToStart_m() < 1.5); ++i) {
+    ASSERT_NE(explorer_->state(), ExplorerState::kFinished);
+    const Waypoint from = at_;
+    Step();
+    explored_m += LengthOf(from, at_);
+  }
+  // No way home keeps so much clearance.
+  options_.max_uncertainty_m = 1;
+  known_.SetSigmas([] { return 0.6; });
+  explorer_->SetRules(options_, exploration_);
+  explorer_->EndWith("go_home", true);
+  const double straight_m = ToStart_m();
+  for (int i = 0; i < 4000 && explorer_->state() != ExplorerState::kFinished; ++i) {
+    const Waypoint from = at_;
+    known_.SetSigmas([] { return 0.6; });
+    Step();
+    home_m += LengthOf(from, at_);
+  }
+  EXPECT_TRUE(explorer_->is_home());
+  EXPECT_LT(home_m, 1.25 * straight_m) << "not all the way that it came";
 }
 
 TEST_F(CoverageTest, GivesUpAHomeThatCannotBeReached) {

@@ -119,7 +119,7 @@ struct PlannerOptions {
   double clearance_m = 0.15;
   double unknown_clearance_m = 0.05;
   double uncertainty_sigmas = 2;
-  double max_uncertainty_m = 1.0;
+  double max_uncertainty_m = 0.5;
   double bubble_radius_m = 1.2;
   double revisit_share = 0;
   double goal_tolerance_m = 0.15;
@@ -162,6 +162,11 @@ struct PlannerOptions {
     v("goal_tolerance_m", goal_tolerance_m, Between(0.01, 5), "an edge is done this near its end");
     v("goal_tolerance_rad", goal_tolerance_rad, Between(0.01, 3), "and turned this near to it");
   }
+
+  /// What is placed less certainly than this may be farther from where the map shows it than
+  /// clearances grow: there it is not they that protect the vehicle, but that it sees where it
+  /// goes.
+  double sure_sigma_m() const { return max_uncertainty_m / std::max(1e-9, uncertainty_sigmas); }
 
   CollisionRules collision_rules() const {
     return {hull_size_m,         clearance_m,

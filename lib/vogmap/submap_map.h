@@ -40,6 +40,9 @@ class SubmapMap : public OccupancyMap {
   void SetOpen(const BrickGrid* open, const Pose3& X_WM);
   /// To be called after the open submap has grown.
   void NoteOpenGrew();
+  /// The open submap and its pose, as SetOpen() was told.
+  const BrickGrid* open() const { return open_; }
+  const Pose3& X_open_W() const { return X_open_W_; }
 
   std::int64_t revision() const override { return revision_; }
   std::optional<std::vector<Eigen::AlignedBox3d>> ChangedSince(
@@ -52,6 +55,10 @@ class SubmapMap : public OccupancyMap {
   void SetSigmaSince(double sigma_m) { sigma_since_m_ = sigma_m; }
   void SigmaOf(std::span<const VoxelKey> voxels, std::span<float> sigma_m) const override;
   double max_sigma_m() const override { return std::hypot(max_sigma_m_, sigma_since_m_); }
+  /// As SetSigmas() told it. @throws std::out_of_range for a number that the map does not hold.
+  double sigma_m(SubmapId id) const { return placed_.at(id).sigma_m; }
+  /// Grows whenever the closed submaps, their poses or their sigmas change.
+  std::int64_t sigma_revision() const { return sigma_revision_; }
 
   int size() const { return static_cast<int>(placed_.size()); }
   bool Has(SubmapId id) const { return placed_.count(id) > 0; }
@@ -75,9 +82,6 @@ class SubmapMap : public OccupancyMap {
 
   const SensorModel& model() const { return model_; }
   const std::map<SubmapId, PlacedSubmap>& placed() const { return placed_; }
-  const BrickGrid* open() const { return open_; }
-  const Pose3& X_open_W() const { return X_open_W_; }
-
   /// Eq. 5 at the point itself, from all submaps.
   float DirectLogOddsAt(const Vec3& p_W) const;
 
@@ -86,8 +90,6 @@ class SubmapMap : public OccupancyMap {
   double LeastSigmaAt(const Candidates& candidates, const Vec3& p_W) const;
   /// SigmaOf() at `p_W`, where the closed submaps say `least_sigma_m`.
   double SigmaAt(const Vec3& p_W, double least_sigma_m) const;
-  /// Grows whenever LeastSigmaAt() may answer anew.
-  std::int64_t sigma_revision() const { return sigma_revision_; }
 
  private:
   struct ChangedBox {

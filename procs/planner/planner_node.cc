@@ -83,6 +83,8 @@ PlannerNode::PlannerNode(Bus& bus, const PlannerSettings& settings)
       map_(MakeSubmapMap(settings.map.method, settings.submap.voxel_size_m,
                          SensorModel(settings.sensor_model))),
       submaps_(*map_, settings.fuse, SensorModel(settings.sensor_model)),
+      cautious_map_(*map_, MakeSubmapMap(settings.map.method, settings.submap.voxel_size_m,
+                                         SensorModel(settings.sensor_model))),
       open_(settings.submap.voxel_size_m, settings.sensor_model),
       standard_map_(settings.submap.voxel_size_m, settings.sensor_model),
       receiver_(endpoint_,
@@ -162,6 +164,7 @@ void PlannerNode::OnSubmapPoses(const submap_poses_t& message) {
     sigmas_m.emplace_back(place.id, HorizontalSigma(place.covariance_MN));
   }
   submaps_.Move(X_WM_, sigmas_m);
+  if (!UsesStandardMap()) explorer_.SetSubmaps(X_WM_);
 }
 
 void PlannerNode::OnRevisits(const revisits_t& message) {
@@ -268,6 +271,7 @@ void PlannerNode::PlanWithNewestPose() {
   if (!has_start_) SetStart(X_WB);
   ShowOpen(X_WO, segment);
   map_->SetSigmaSince(std::sqrt(std::max({0.0, covariance_xyyaw(0, 0), covariance_xyyaw(1, 1)})));
+  cautious_map_.Follow(settings_.planner.sure_sigma_m());
   const ExplorerState before = explorer_.state();
   const std::string held = explorer_.hold();
   const Plan* plan =
@@ -339,7 +343,7 @@ void PlannerNode::ChangeSettings(const std::string& toml) {
 
 const OccupancyMap& PlannerNode::planning_map() const {
   if (UsesStandardMap()) return standard_map_;
-  return *map_;
+  return cautious_map_;
 }
 
 void PlannerNode::MeasureExplored() {

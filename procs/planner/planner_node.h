@@ -14,6 +14,7 @@
 #include "lib/scan/scan_synchronizer.h"
 #include "lib/submap/open_submap.h"
 #include "lib/submap/submap_builder.h"
+#include "lib/vogmap/cautious_map.h"
 #include "lib/vogmap/map_options.h"
 #include "lib/vogmap/submap_fuser.h"
 #include "lib/vogmap/submap_map.h"
@@ -77,6 +78,7 @@ class PlannerNode {
   ScanSynchronizer synchronizer_;
   std::unique_ptr<SubmapMap> map_;
   SubmapFuser submaps_;  // Shown in map_.
+  CautiousMap cautious_map_;
   OpenSubmap open_;
   // What ShowOpen() showed last.
   bool is_open_shown_ = false;

@@ -24,7 +24,8 @@ function(vog_protos name folder)
     list(APPEND sources ${made}.cc ${made}.h)
   endforeach()
   add_library(${name} STATIC ${sources})
-  target_link_libraries(${name} PUBLIC protobuf::libprotobuf PRIVATE vog_flags)
-  target_compile_options(${name} PRIVATE -w)  # protoc's code is protoc's affair.
+  # protoc's code is protoc's affair: no warnings, no sanitizers.
+  target_link_libraries(${name} PUBLIC protobuf::libprotobuf)
+  target_compile_options(${name} PRIVATE -w)
   target_include_directories(${name} SYSTEM PUBLIC ${out})
 endfunction()

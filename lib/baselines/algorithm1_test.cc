@@ -4,14 +4,13 @@
 
 #include <cmath>
 
+#include "lib/occupancy/answers_testing.h"
 #include "lib/submap/submaps_testing.h"
 
 namespace vog {
 namespace {
 
 constexpr double kVoxel_m = 0.1;
-
-bool Same(float a, float b) { return a == b || (!IsKnown(a) && !IsKnown(b)); }
 
 class Algorithm1Test : public testing::Test {
  protected:
@@ -71,9 +70,9 @@ TEST_F(Algorithm1Test, PointsAndVoxelsReadTheSameLoop) {
     float at_point, of_voxel;
     dut_.LogOddsAt({&center_W, 1}, {&at_point, 1});
     dut_.LogOddsOf({&voxel, 1}, {&of_voxel, 1});
-    ASSERT_PRED2(Same, at_point, LiteralLogOdds(center_W));
-    ASSERT_PRED2(Same, of_voxel, at_point);
-    ASSERT_PRED2(Same, box_answers[box.IndexOf(voxel)], at_point);
+    ASSERT_PRED2(IsSameAnswer, at_point, LiteralLogOdds(center_W));
+    ASSERT_PRED2(IsSameAnswer, of_voxel, at_point);
+    ASSERT_PRED2(IsSameAnswer, box_answers[box.IndexOf(voxel)], at_point);
   });
 }
 
@@ -85,7 +84,7 @@ TEST_F(Algorithm1Test, RaysReadTheSameAsTheirVoxels) {
     dut_.CastRay(RandomPoint(1.6, random_), RandomPoint(1, random_).normalized(), 2.5, ray);
     ASSERT_FALSE(ray.empty());
     for (const RayVoxel& step : ray) {
-      EXPECT_PRED2(Same, step.log_odds, LiteralLogOdds(dut_.grid().CenterOf(step.key)));
+      EXPECT_PRED2(IsSameAnswer, step.log_odds, LiteralLogOdds(dut_.grid().CenterOf(step.key)));
       EXPECT_TRUE(&step == &ray.back() || !dut_.IsOccupied(step.log_odds));
     }
     blocked += dut_.IsOccupied(ray.back().log_odds);
@@ -113,7 +112,7 @@ TEST_F(Algorithm1Test, FollowsSubmapsThatMove) {
     const Vec3 p_W = RandomPoint(1.6, random_);
     float log_odds;
     dut_.LogOddsAt({&p_W, 1}, {&log_odds, 1});
-    EXPECT_PRED2(Same, log_odds, LiteralLogOdds(p_W));
+    EXPECT_PRED2(IsSameAnswer, log_odds, LiteralLogOdds(p_W));
   }
 }
 

@@ -9,6 +9,7 @@
 #include "lib/baselines/incremental_merge.h"
 #include "lib/baselines/make_submap_map.h"
 #include "lib/baselines/standard_map.h"
+#include "lib/occupancy/answers_testing.h"
 #include "lib/submap/scans_testing.h"
 #include "lib/submap/submaps_testing.h"
 #include "lib/vogmap/vog_map.h"
@@ -20,9 +21,6 @@ namespace {
 constexpr double kVoxel_m = 0.1;
 // Where the submaps of these tests lie.
 constexpr double kHalfSide_m = 0.8;
-
-/// NaN, which is unknown, equals NaN.
-bool Same(float a, float b) { return a == b || (!IsKnown(a) && !IsKnown(b)); }
 
 Random RandomOfTest() { return {1, testing::UnitTest::GetInstance()->current_test_info()->name()}; }
 
@@ -49,8 +47,8 @@ int ExpectSameAnswers(const OccupancyMap& map, const OccupancyMap& other, int co
   for (int i = 0; i < count; ++i) {
     const Vec3 p_W = RandomPoint(2 * kHalfSide_m, random);
     const VoxelKey voxel = RandomVoxel(random);
-    EXPECT_PRED2(Same, AnswerAt(map, p_W), AnswerAt(other, p_W)) << p_W.transpose();
-    EXPECT_PRED2(Same, AnswerOf(map, voxel), AnswerOf(other, voxel));
+    EXPECT_PRED2(IsSameAnswer, AnswerAt(map, p_W), AnswerAt(other, p_W)) << p_W.transpose();
+    EXPECT_PRED2(IsSameAnswer, AnswerOf(map, voxel), AnswerOf(other, voxel));
     known += IsKnown(AnswerOf(map, voxel));
   }
   return known;
@@ -187,9 +185,9 @@ TYPED_TEST(OccupancyMapTest, AVoxelsAnswerIsThatAtItsCentreHoweverItIsAsked) {
   ASSERT_EQ(in_box.size(), box.count());
   int known = 0;
   for (std::size_t i = 0; i < voxels.size(); ++i) {
-    ASSERT_PRED2(Same, of_voxels[i], at_centers[i]);
-    ASSERT_PRED2(Same, in_box[box.IndexOf(voxels[i])], at_centers[i]);
-    ASSERT_PRED2(Same, AnswerOf(this->dut_, voxels[i]), at_centers[i]) << "asked alone";
+    ASSERT_PRED2(IsSameAnswer, of_voxels[i], at_centers[i]);
+    ASSERT_PRED2(IsSameAnswer, in_box[box.IndexOf(voxels[i])], at_centers[i]);
+    ASSERT_PRED2(IsSameAnswer, AnswerOf(this->dut_, voxels[i]), at_centers[i]) << "asked alone";
     known += IsKnown(at_centers[i]);
   }
   EXPECT_GT(known, 500);
@@ -211,7 +209,7 @@ TYPED_TEST(OccupancyMapTest, RaysReadTheirVoxelsUpToTheFirstOccupiedOne) {
     ASSERT_EQ(ray.size(), expected.size());
     for (std::size_t k = 0; k < ray.size(); ++k) {
       ASSERT_EQ(ray[k].key, expected[k]);
-      ASSERT_PRED2(Same, ray[k].log_odds, AnswerOf(this->dut_, ray[k].key));
+      ASSERT_PRED2(IsSameAnswer, ray[k].log_odds, AnswerOf(this->dut_, ray[k].key));
     }
     (this->dut_.IsOccupied(ray.back().log_odds) ? blocked : open) += 1;
   }
@@ -279,7 +277,7 @@ TYPED_TEST(SubmapMapTest, OneSubmapShiftedByWholeVoxelsIsThatSubmap) {
       ForEachVoxel({{-12, -12, -12}, {11, 11, 11}}, [&](const VoxelKey& key) {
         const auto found = table.find(key);
         const float expected = found == table.end() ? kUnknownLogOdds : ToLogOdds(found->second);
-        ASSERT_PRED2(Same, expected,
+        ASSERT_PRED2(IsSameAnswer, expected,
                      AnswerOf(map, {key.x + shift.x, key.y + shift.y, key.z + shift.z}));
       });
     };

@@ -48,6 +48,10 @@ constexpr double kShares[] = {1, 0.75, 0.5, 0.25};
 constexpr double kLeastShare = 0.5;
 // And that a way back keeps from what is surely there.
 constexpr double kWayBackShares[] = {1, 0.5, 0.25, 0};
+/// Where the distance that uncertainty asks for closes more of the known water than it leaves, this
+/// share of it is kept instead, until so many submaps later.
+constexpr double kLessDistance = 0.5, kWalledIn = 0.5;
+constexpr int kSubmapsOfLessDistance = 2;
 // Half the clearance that was planned with is the controller's and the drift's to use up.
 constexpr double kFlightShare = 0.5;
 
@@ -81,8 +85,7 @@ void Explorer::SetRules(const PlannerOptions& options, const ExplorationOptions&
   options_ = options;
   exploration_ = exploration;
   box_W_ = exploration.box_W();
-  checker_ = CollisionChecker(options.collision_rules());
-  checker_.SetKeepOut(exploration.keep_out_W());
+  SetDistance(1);
   if (!bubbles_.empty()) {
     const Vec3 first_W = bubbles_.front().center_W_m, start_W = bubbles_.back().center_W_m;
     SetStart(first_W, start_W);
@@ -101,6 +104,38 @@ void Explorer::SetStart(const Vec3& first_W, const Vec3& p_W) {
   bubbles_.back().center_W_m = p_W;
   for (FreeBubble& bubble : bubbles_) bubble.radius_m = options_.bubble_radius_m;
   checker_.SetBubbles(bubbles_);
+}
+
+void Explorer::SetDistance(double share) {
+  distance_share_ = share;
+  set_distance_at_ = submaps_;
+  CollisionRules rules = options_.collision_rules();
+  rules.uncertainty_sigmas *= share;
+  checker_ = CollisionChecker(rules);
+  checker_.SetKeepOut(exploration_.keep_out_W());
+  checker_.SetBubbles(bubbles_);
+}
+
+bool Explorer::IsWalledIn(const OccupancyMap& map, const Waypoint& at) {
+  const auto reached_places = [&](double share) {
+    SetDistance(share);
+    routes_->Search(map, CheckerAt(map, at, 1), at);
+    return static_cast<double>(routes_->reached().size());
+  };
+  const double open = reached_places(0), left = reached_places(1);
+  return left < kWalledIn * open;
+}
+
+bool Explorer::KeepLessDistance(const OccupancyMap& map, const Waypoint& at) {
+  if (distance_share_ < 1 || IsUncertain(map) || !IsWalledIn(map, at)) return false;
+  SetDistance(kLessDistance);
+  return true;
+}
+
+void Explorer::KeepAllDistance(const OccupancyMap& map, const Waypoint& at) {
+  if (distance_share_ == 1 || submaps_ - set_distance_at_ < kSubmapsOfLessDistance) return;
+  SetDistance(1);
+  if (!checker_.IsFree(map, at)) SetDistance(kLessDistance);
 }
 
 Random Explorer::NextRandom() {
@@ -177,6 +212,7 @@ void Explorer::EndWith(const std::string& reason, bool goes_home) {
     return;
   }
   state_ = ExplorerState::kReturning;
+  SetDistance(1);
   plan_.reset();
 }
 
@@ -290,12 +326,15 @@ std::optional<CollisionChecker> Explorer::CheckerFor(const OccupancyMap& map, co
 
 bool Explorer::KeepsAllClearances() const { return flight_share_ >= kFlightShare; }
 
+bool Explorer::IsUncertain(const OccupancyMap& map) const {
+  return map.max_sigma_m() > options_.sure_sigma_m();
+}
+
 bool Explorer::Explore(const OccupancyMap& map, const Waypoint& at) {
+  KeepAllDistance(map, at);
   const auto checker = CheckerFor(map, at);
   if (!checker) return false;
-  if (!KeepsAllClearances() && map.max_sigma_m() > options_.sure_sigma_m() &&
-      MakeRoom(map, *checker, at))
-    return true;
+  if (!KeepsAllClearances() && IsUncertain(map) && MakeRoom(map, *checker, at)) return true;
   if (BeginVisit(map, *checker, at)) return true;
   ViewPlan found = planner_->Plan(map, *checker, at);
   switch (found.outcome) {
@@ -311,9 +350,14 @@ bool Explorer::Explore(const OccupancyMap& map, const Waypoint& at) {
     case ViewPlan::Outcome::kNothing:
       break;
   }
+  if (KeepLessDistance(map, at)) {
+    SetPlan({at}, PlanKind::kSearch);
+    return true;
+  }
   unseen_ = CountUnseen(map);
   if (mission_.when_done == WhenDone::kRevisit) {
     state_ = ExplorerState::kRevisiting;
+    SetDistance(1);
   } else {
     EndWith(kNothingToGain, mission_.when_done == WhenDone::kReturn);
   }
@@ -329,9 +373,10 @@ std::vector<Waypoint> Explorer::Flown(const OccupancyMap& map, const CollisionCh
         HeadingAlong(to.position_W_m - from.position_W_m, flown.back().yaw_rad);
     const Waypoint turned{from.position_W_m, ahead_rad}, there{to.position_W_m, ahead_rad};
     // At its end it must be possible to turn as the path does.
-    const bool goes_ahead =
-        !checker.IsSurelyKnown(map, from, to) && checker.IsEdgeFree(map, flown.back(), turned) &&
-        checker.IsEdgeFree(map, turned, there) && checker.IsEdgeFree(map, there, to);
+    const bool goes_ahead = IsUncertain(map) && !checker.IsSurelyKnown(map, from, to) &&
+                            checker.IsEdgeFree(map, flown.back(), turned) &&
+                            checker.IsEdgeFree(map, turned, there) &&
+                            checker.IsEdgeFree(map, there, to);
     Append(goes_ahead ? turned : from, flown);
     Append(goes_ahead ? there : to, flown);
   }
@@ -398,7 +443,7 @@ bool Explorer::ReturnHome(const OccupancyMap& map, const Waypoint& at) {
   if (ways_home_ == kMaxWaysHome) return false;
   const auto checker = CheckerFor(map, at);
   if (checker && FlyHome(map, *checker, at)) return true;
-  return map.max_sigma_m() > options_.sure_sigma_m() && FeelHome(map, at);
+  return IsUncertain(map) && FeelHome(map, at);
 }
 
 bool Explorer::FlyHome(const OccupancyMap& map, const CollisionChecker& checker,
@@ -550,8 +595,10 @@ bool Explorer::Revisit(const OccupancyMap& map, const Waypoint& at) {
 CollisionChecker Explorer::WayBackChecker(const OccupancyMap& map, const Waypoint& at,
                                           double share) const {
   CollisionChecker checker = checker_.Scaled(share).ForSure(options_.sure_sigma_m());
-  // What the map shows inside the hull cannot be there.
-  checker.SetPresence(at, map.grid().voxel_size_m(), CollisionChecker::Presence::kCoversOccupied);
+  // What the map shows inside the hull cannot be there: voxels that overlap it, however it is
+  // turned, and none beside it.
+  checker.SetPresence(at, std::numbers::sqrt2 / 2 * map.grid().voxel_size_m(),
+                      CollisionChecker::Presence::kCoversOccupied);
   return checker;
 }
 

@@ -187,6 +187,17 @@ class Explorer {
   std::optional<CollisionChecker> CheckerFor(const OccupancyMap& map, const Waypoint& at);
   /// Whether those are the rules with all of the clearances.
   bool KeepsAllClearances() const;
+  /// Keeps a share of the distance by which uncertainty makes clearances grow.
+  void SetDistance(double share);
+  /// Whether all of that distance closes most of the known water around the vehicle.
+  bool IsWalledIn(const OccupancyMap& map, const Waypoint& at);
+  /// Less distance for a while, if nothing is left to gain because the vehicle is walled in by it,
+  /// and all again where there is room. Only where all submaps are surely placed: elsewhere tight
+  /// places are not worth their danger.
+  bool KeepLessDistance(const OccupancyMap& map, const Waypoint& at);
+  void KeepAllDistance(const OccupancyMap& map, const Waypoint& at);
+  /// Whether any submap is not surely placed.
+  bool IsUncertain(const OccupancyMap& map) const;
 
   void SetPlan(std::vector<Waypoint> path, PlanKind kind, std::vector<TreeNode> tree = {},
                int best = -1);
@@ -227,8 +238,10 @@ class Explorer {
   std::vector<Passed> history_;  // The way the vehicle came, without what it went back again.
   std::map<int, Pose3> X_WM_;    // As SetSubmaps() was told.
   std::size_t next_revisit_ = 0;
-  int failures_ = 0;   // Plans in a row that led nowhere, not even back.
-  int ways_home_ = 0;  // Begun.
+  double distance_share_ = 1;  // Kept of what uncertainty asks for.
+  int set_distance_at_ = 0;    // Submaps there were then.
+  int failures_ = 0;           // Plans in a row that led nowhere, not even back.
+  int ways_home_ = 0;          // Begun.
   double unseen_at_home_ = std::numeric_limits<double>::infinity();  // At the last second look.
 };
 

@@ -32,10 +32,12 @@ class ExplorerTest : public testing::Test {
     now_ += FromSeconds(seconds);
     return explorer_->Update(known_, at_.X_WB(), now_, submaps_, hold);
   }
-  /// Whether the true walls are in the way of the bare hull.
+  /// Whether the true walls are in the way of the bare hull, but for what corners graze between two
+  /// samples of an edge.
   bool IsTrulyFree(const Waypoint& from, const Waypoint& to) const {
     CollisionRules bare = options_.collision_rules();
     bare.clearance_m = bare.unknown_clearance_m = 0;
+    bare.hull_size_m -= Vec3::Constant(kChamberVoxel_m / 8);
     return CollisionChecker(bare).IsEdgeFree(truth_, from, to);
   }
   void Fly(const std::vector<Waypoint>& path) {
@@ -554,7 +556,10 @@ TEST_F(CoverageTest, ComesHomeAlongTheWayItCameWhereTheMapShowsNone) {
 
 TEST_F(CoverageTest, FliesNoseFirstWhereTheMapIsUncertain) {
   for (const bool is_uncertain : {false, true}) {
+    // So little uncertainty that the clearances hardly grow.
+    options_.max_uncertainty_m = 0.05;
     Restart();
+    if (is_uncertain) known_.SetSigmas([] { return 0.1; });
     known_.SetAllUnsure(is_uncertain);
     int steps = 0, nose_first = 0;
     for (int i = 0; i < 60 && explorer_->state() == ExplorerState::kExploring; ++i) {
@@ -573,6 +578,27 @@ TEST_F(CoverageTest, FliesNoseFirstWhereTheMapIsUncertain) {
     }
     EXPECT_GT(steps, 3);
     EXPECT_EQ(2 * nose_first > steps, is_uncertain) << nose_first << " of " << steps;
+  }
+}
+
+TEST_F(CoverageTest, KeepsLessDistanceWhereAllDistanceWallsItIn) {
+  // Two rooms and a door of 1.6 m, which is closed to a vehicle that keeps 0.4 m more to each side.
+  truth_.Fill({{4, -2, -6}, {6, 1, 5}}, GridMap::kFree);
+  truth_.Fill({{-1, -12, -6}, {-1, 11, 5}}, GridMap::kOccupied);
+  truth_.Fill({{-1, -5, -6}, {-1, 2, 5}}, GridMap::kFree);
+  for (const bool is_sure : {true, false}) {
+    const double sigma_m = is_sure ? 0.2 : 1.1 * options_.sure_sigma_m();
+    Restart();
+    route_.clear();
+    bool went_through = false;
+    for (int i = 0; i < 2000 && explorer_->state() == ExplorerState::kExploring; ++i) {
+      if (i % 5 == 0) known_.SetSigmas([&] { return sigma_m; });
+      Step();
+      submaps_ += i % 20 == 0;
+      went_through |= at_.position_W_m.x() > 1;
+    }
+    EXPECT_EQ(explorer_->end_reason(), "nothing_to_gain");
+    EXPECT_EQ(went_through, is_sure) << "not through a door that may be elsewhere";
   }
 }
 

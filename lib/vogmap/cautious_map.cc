@@ -49,6 +49,12 @@ void CautiousMap::Overrule(std::span<const float> sure, std::span<float> log_odd
     if (IsKnown(sure[i])) log_odds[i] = sure[i];
 }
 
+std::span<const float> CautiousMap::SureLogOddsOf(std::span<const VoxelKey> voxels) const {
+  sure_log_odds_.resize(voxels.size());
+  sure_->LogOddsOf(voxels, sure_log_odds_);
+  return sure_log_odds_;
+}
+
 void CautiousMap::LogOddsAt(std::span<const Vec3> points_W, std::span<float> log_odds) const {
   all_.LogOddsAt(points_W, log_odds);
   if (!overrules_) return;
@@ -59,10 +65,7 @@ void CautiousMap::LogOddsAt(std::span<const Vec3> points_W, std::span<float> log
 
 void CautiousMap::LogOddsOf(std::span<const VoxelKey> voxels, std::span<float> log_odds) const {
   all_.LogOddsOf(voxels, log_odds);
-  if (!overrules_) return;
-  sure_log_odds_.resize(voxels.size());
-  sure_->LogOddsOf(voxels, sure_log_odds_);
-  Overrule(sure_log_odds_, log_odds);
+  if (overrules_) Overrule(SureLogOddsOf(voxels), log_odds);
 }
 
 void CautiousMap::LogOddsIn(const VoxelBox& box, std::vector<float>& log_odds) const {
@@ -77,11 +80,10 @@ void CautiousMap::NotFreeIn(const VoxelBox& box, std::vector<VoxelAnswer>& voxel
   if (!overrules_) return;
   keys_.clear();
   for (const VoxelAnswer& voxel : voxels) keys_.push_back(voxel.key);
-  sure_log_odds_.resize(keys_.size());
-  sure_->LogOddsOf(keys_, sure_log_odds_);
+  const std::span<const float> sure = SureLogOddsOf(keys_);
   // Occupied ones come again, all in one order.
   std::size_t i = 0;
-  std::erase_if(voxels, [&](const VoxelAnswer&) { return IsKnown(sure_log_odds_[i++]); });
+  std::erase_if(voxels, [&](const VoxelAnswer&) { return IsKnown(sure[i++]); });
   sure_->NotFreeIn(box, sure_not_free_);
   for (const VoxelAnswer& voxel : sure_not_free_)
     if (IsOccupied(voxel.log_odds)) voxels.push_back(voxel);
@@ -109,9 +111,8 @@ void CautiousMap::SigmaOf(std::span<const VoxelKey> voxels, std::span<float> sig
 
 bool CautiousMap::IsSurelyKnown(std::span<const VoxelKey> voxels) const {
   if (!overrules_) return true;
-  sure_log_odds_.resize(voxels.size());
-  sure_->LogOddsOf(voxels, sure_log_odds_);
-  return std::all_of(sure_log_odds_.begin(), sure_log_odds_.end(), IsKnown);
+  const std::span<const float> sure = SureLogOddsOf(voxels);
+  return std::all_of(sure.begin(), sure.end(), IsKnown);
 }
 
 std::optional<std::vector<Eigen::AlignedBox3d>> CautiousMap::ChangedSince(

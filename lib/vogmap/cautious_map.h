@@ -48,6 +48,8 @@ class CautiousMap : public OccupancyMap {
   };
 
   void FollowClosed(double sure_sigma_m);
+  /// What the sure ones say, good until the next call.
+  std::span<const float> SureLogOddsOf(std::span<const VoxelKey> voxels) const;
   static void Overrule(std::span<const float> sure, std::span<float> log_odds);
 
   const SubmapMap& all_;

@@ -4,6 +4,7 @@
 
 #include <set>
 
+#include "lib/occupancy/answers_testing.h"
 #include "lib/submap/submaps_testing.h"
 #include "lib/vogmap/vog_map.h"
 
@@ -13,9 +14,6 @@ namespace {
 constexpr double kSide_m = 0.1;
 constexpr double kSure_m = 0.25;
 constexpr VoxelBox kBox = {{-12, -11, -10}, {11, 12, 9}};
-
-/// NaN, which is unknown, equals NaN.
-bool IsAlike(float a, float b) { return a == b || (!IsKnown(a) && !IsKnown(b)); }
 
 class CautiousMapTest : public testing::Test {
  protected:
@@ -60,9 +58,9 @@ class CautiousMapTest : public testing::Test {
       float of_voxel, at_center;
       dut_.LogOddsOf({&voxel, 1}, {&of_voxel, 1});
       dut_.LogOddsAt({&center_W, 1}, {&at_center, 1});
-      EXPECT_PRED2(IsAlike, of_voxel, expected[i]);
-      EXPECT_PRED2(IsAlike, at_center, expected[i]);
-      EXPECT_PRED2(IsAlike, in_box[i], expected[i]);
+      EXPECT_PRED2(IsSameAnswer, of_voxel, expected[i]);
+      EXPECT_PRED2(IsSameAnswer, at_center, expected[i]);
+      EXPECT_PRED2(IsSameAnswer, in_box[i], expected[i]);
       EXPECT_EQ(dut_.IsSurelyKnown({&voxel, 1}), are_all_sure || IsKnown(sure[i]));
       if (!all_.IsFree(expected[i])) not_free.insert(i);
       ++i;
@@ -72,7 +70,7 @@ class CautiousMapTest : public testing::Test {
     EXPECT_EQ(answers.size(), not_free.size());
     for (const VoxelAnswer& answer : answers) {
       EXPECT_TRUE(not_free.count(kBox.IndexOf(answer.key)));
-      EXPECT_PRED2(IsAlike, answer.log_odds, expected[kBox.IndexOf(answer.key)]);
+      EXPECT_PRED2(IsSameAnswer, answer.log_odds, expected[kBox.IndexOf(answer.key)]);
     }
     return overruled;
   }
@@ -132,7 +130,7 @@ TEST_F(CautiousMapTest, TellsWhereAnswersHaveChanged) {
       const bool is_told = std::any_of(changed->begin(), changed->end(),
                                        [&](const auto& box_W) { return box_W.contains(center_W); });
       if (!is_told) {
-        EXPECT_PRED2(IsAlike, before[v], after[v]);
+        EXPECT_PRED2(IsSameAnswer, before[v], after[v]);
         ++unchanged;
       }
       ++v;

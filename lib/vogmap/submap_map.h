@@ -82,6 +82,7 @@ class SubmapMap : public OccupancyMap {
 
   const SensorModel& model() const { return model_; }
   const std::map<SubmapId, PlacedSubmap>& placed() const { return placed_; }
+
   /// Eq. 5 at the point itself, from all submaps.
   float DirectLogOddsAt(const Vec3& p_W) const;
 

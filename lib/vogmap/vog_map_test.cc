@@ -6,6 +6,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "lib/occupancy/answers_testing.h"
 #include "lib/submap/submaps_testing.h"
 
 namespace vog {
@@ -62,9 +63,6 @@ struct LiteralMap {
   std::optional<Part> open;
   double sigma_since_m = 0;
 };
-
-/// NaN, which is unknown, equals NaN.
-bool Same(float a, float b) { return a == b || (!IsKnown(a) && !IsKnown(b)); }
 
 VoxelKey RandomVoxel(Random& random) {
   const int half_side = static_cast<int>(2 * kHalfSide_m / kVoxel_m);
@@ -125,9 +123,9 @@ class VogMapTest : public testing::Test {
       dut_.LogOddsAt({&p_W, 1}, {&at_point, 1});
       dut_.LogOddsAt({&center_W, 1}, {&at_center, 1});
       dut_.LogOddsOf({&voxel, 1}, {&of_voxel, 1});
-      EXPECT_PRED2(Same, at_point, literal_.LogOddsAt(p_W)) << p_W.transpose();
-      EXPECT_PRED2(Same, at_center, literal_.LogOddsAt(center_W)) << center_W.transpose();
-      EXPECT_PRED2(Same, of_voxel, at_center) << center_W.transpose();
+      EXPECT_PRED2(IsSameAnswer, at_point, literal_.LogOddsAt(p_W)) << p_W.transpose();
+      EXPECT_PRED2(IsSameAnswer, at_center, literal_.LogOddsAt(center_W)) << center_W.transpose();
+      EXPECT_PRED2(IsSameAnswer, of_voxel, at_center) << center_W.transpose();
       known += IsKnown(at_point) + IsKnown(of_voxel);
     }
     return known;
@@ -231,7 +229,7 @@ TEST_F(VogMapTest, TellsWhereItHasChanged) {
       changed += may_have;
       unchanged += !may_have;
       if (!may_have) {
-        EXPECT_PRED2(Same, literal_.LogOddsAt(center_W), log_odds);
+        EXPECT_PRED2(IsSameAnswer, literal_.LogOddsAt(center_W), log_odds);
       }
     }
   }
@@ -259,7 +257,7 @@ TEST_F(VogMapTest, WhatIsNotFreeInABox) {
     ASSERT_EQ(not_free.size(), expected.size());
     for (const VoxelAnswer& voxel : not_free) {
       ASSERT_EQ(expected.count(voxel.key), 1u);
-      EXPECT_PRED2(Same, voxel.log_odds, expected[voxel.key]);
+      EXPECT_PRED2(IsSameAnswer, voxel.log_odds, expected[voxel.key]);
     }
     if (i == 100) GrowOpen();
   }
@@ -281,7 +279,8 @@ TEST_F(VogMapTest, ViewsSeeAndRaysHitWhatIsCast) {
       directions_W.push_back(RandomPoint(1, random_).normalized());
       dut_.CastRay(origin_W, directions_W.back(), kRange_m, ray);
       for (const RayVoxel& voxel : ray) {
-        EXPECT_PRED2(Same, voxel.log_odds, literal_.LogOddsAt(dut_.grid().CenterOf(voxel.key)));
+        EXPECT_PRED2(IsSameAnswer, voxel.log_odds,
+                     literal_.LogOddsAt(dut_.grid().CenterOf(voxel.key)));
         if (!IsKnown(voxel.log_odds) && voxel.entered_m >= kMinRange_m)
           expected.push_back(voxel.key);
       }
@@ -313,7 +312,7 @@ TEST_F(VogMapTest, BoxesReadTheSameAsTheirVoxels) {
     dut_.LogOddsIn(box, box_answers);
     ASSERT_EQ(box_answers.size(), box.count());
     ForEachVoxel(box, [&](const VoxelKey& voxel) {
-      EXPECT_PRED2(Same, box_answers[box.IndexOf(voxel)],
+      EXPECT_PRED2(IsSameAnswer, box_answers[box.IndexOf(voxel)],
                    literal_.LogOddsAt(dut_.grid().CenterOf(voxel)));
     });
   }
@@ -330,7 +329,8 @@ TEST_F(VogMapTest, RaysEndInTheFirstOccupiedVoxelOrAtTheirRange) {
     dut_.CastRay(origin_W, direction_W, kRange_m, ray);
     ASSERT_FALSE(ray.empty());
     for (std::size_t k = 0; k < ray.size(); ++k) {
-      EXPECT_PRED2(Same, ray[k].log_odds, literal_.LogOddsAt(dut_.grid().CenterOf(ray[k].key)));
+      EXPECT_PRED2(IsSameAnswer, ray[k].log_odds,
+                   literal_.LogOddsAt(dut_.grid().CenterOf(ray[k].key)));
       // In the middle of its stretch, the ray is in the voxel that it names.
       const double left_m = k + 1 < ray.size() ? ray[k + 1].entered_m : ray[k].entered_m + 1e-5;
       const Vec3 between_W = origin_W + 0.5 * (ray[k].entered_m + left_m) * direction_W;
@@ -446,7 +446,7 @@ TEST_F(VogMapTest, MayBeMovedFromOnePlaceToAnother) {
     const VoxelKey voxel = RandomVoxel(random_);
     float log_odds;
     moved.LogOddsOf({&voxel, 1}, {&log_odds, 1});
-    EXPECT_PRED2(Same, log_odds, literal_.LogOddsAt(moved.grid().CenterOf(voxel)));
+    EXPECT_PRED2(IsSameAnswer, log_odds, literal_.LogOddsAt(moved.grid().CenterOf(voxel)));
   }
 }
 

@@ -47,9 +47,14 @@ class GridMap final : public OccupancyMap {
     ForEachVoxel(kNear, set);
     for (const auto& [key, log_odds] : far_) set(key);
   }
+  /// The same sigma for all occupied voxels without one of their own, also those to come.
+  void SetSigma(double sigma_m) {
+    sigma_of_others_m_ = sigma_m;
+    max_sigma_m_ = std::max(max_sigma_m_, sigma_m);
+  }
   double SigmaAt(const VoxelKey& key) const {
     const auto found = sigma_m_.find(key);
-    return found == sigma_m_.end() ? 0 : found->second;
+    return found == sigma_m_.end() ? sigma_of_others_m_ : found->second;
   }
 
   void LogOddsAt(std::span<const Vec3> points_W, std::span<float> log_odds) const override {
@@ -83,7 +88,7 @@ class GridMap final : public OccupancyMap {
   static constexpr VoxelBox kNear = {{-32, -32, -32}, {31, 31, 31}};
   std::vector<float> near_ = std::vector<float>(kNear.count(), kUnknownLogOdds);
   std::unordered_map<VoxelKey, float> far_, sigma_m_;
-  double max_sigma_m_ = 0;
+  double sigma_of_others_m_ = 0, max_sigma_m_ = 0;
   std::set<VoxelKey> unsure_;
   bool are_all_unsure_ = false;
   std::int64_t revision_ = 0;

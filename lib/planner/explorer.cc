@@ -48,9 +48,9 @@ constexpr double kShares[] = {1, 0.75, 0.5, 0.25};
 constexpr double kLeastShare = 0.5;
 // And that a way back keeps from what is surely there.
 constexpr double kWayBackShares[] = {1, 0.5, 0.25, 0};
-/// Where the distance that uncertainty asks for closes more of the known water than it leaves, this
-/// share of it is kept instead, until so many submaps later.
-constexpr double kLessDistance = 0.5, kWalledIn = 0.5;
+/// Where the distance that uncertainty asks for leaves less than a share of the known water open,
+/// so much of it is kept instead, until so many submaps later.
+constexpr double kLessDistance = 0.5, kWalledIn = 0.4;
 constexpr int kSubmapsOfLessDistance = 2;
 // Half the clearance that was planned with is the controller's and the drift's to use up.
 constexpr double kFlightShare = 0.5;
@@ -127,9 +127,16 @@ bool Explorer::IsWalledIn(const OccupancyMap& map, const Waypoint& at) {
 }
 
 bool Explorer::KeepLessDistance(const OccupancyMap& map, const Waypoint& at) {
-  if (distance_share_ < 1 || IsUncertain(map) || !IsWalledIn(map, at)) return false;
+  if (distance_share_ < 1 || !IsWalledIn(map, at)) return false;
   SetDistance(kLessDistance);
   return true;
+}
+
+bool Explorer::IsHemmedIn(const OccupancyMap& map, const CollisionChecker& checker,
+                          const Waypoint& at) {
+  if (options_.uncertainty_sigmas * map.max_sigma_m() < map.grid().voxel_size_m()) return false;
+  routes_->Search(map, checker, at);
+  return routes_->reached().size() == 1;
 }
 
 void Explorer::KeepAllDistance(const OccupancyMap& map, const Waypoint& at) {
@@ -354,6 +361,7 @@ bool Explorer::Explore(const OccupancyMap& map, const Waypoint& at) {
     SetPlan({at}, PlanKind::kSearch);
     return true;
   }
+  if (failures_ < kMaxFailures && IsHemmedIn(map, *checker, at)) return false;
   unseen_ = CountUnseen(map);
   if (mission_.when_done == WhenDone::kRevisit) {
     state_ = ExplorerState::kRevisiting;

@@ -191,9 +191,10 @@ class Explorer {
   void SetDistance(double share);
   /// Whether all of that distance closes most of the known water around the vehicle.
   bool IsWalledIn(const OccupancyMap& map, const Waypoint& at);
+  /// Whether no place but its own can be reached, by a map whose walls are not where they were.
+  bool IsHemmedIn(const OccupancyMap& map, const CollisionChecker& checker, const Waypoint& at);
   /// Less distance for a while, if nothing is left to gain because the vehicle is walled in by it,
-  /// and all again where there is room. Only where all submaps are surely placed: elsewhere tight
-  /// places are not worth their danger.
+  /// and all again where there is room.
   bool KeepLessDistance(const OccupancyMap& map, const Waypoint& at);
   void KeepAllDistance(const OccupancyMap& map, const Waypoint& at);
   /// Whether any submap is not surely placed.

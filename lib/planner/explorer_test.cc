@@ -559,7 +559,7 @@ TEST_F(CoverageTest, FliesNoseFirstWhereTheMapIsUncertain) {
     // So little uncertainty that the clearances hardly grow.
     options_.max_uncertainty_m = 0.05;
     Restart();
-    if (is_uncertain) known_.SetSigmas([] { return 0.1; });
+    if (is_uncertain) known_.SetSigma(0.1);
     known_.SetAllUnsure(is_uncertain);
     int steps = 0, nose_first = 0;
     for (int i = 0; i < 60 && explorer_->state() == ExplorerState::kExploring; ++i) {
@@ -577,7 +577,8 @@ TEST_F(CoverageTest, FliesNoseFirstWhereTheMapIsUncertain) {
       Fly(plan->path);
     }
     EXPECT_GT(steps, 3);
-    EXPECT_EQ(2 * nose_first > steps, is_uncertain) << nose_first << " of " << steps;
+    // Where there is no room to turn a step is flown as planned.
+    EXPECT_EQ(3 * nose_first > steps, is_uncertain) << nose_first << " of " << steps;
   }
 }
 
@@ -586,19 +587,37 @@ TEST_F(CoverageTest, KeepsLessDistanceWhereAllDistanceWallsItIn) {
   truth_.Fill({{4, -2, -6}, {6, 1, 5}}, GridMap::kFree);
   truth_.Fill({{-1, -12, -6}, {-1, 11, 5}}, GridMap::kOccupied);
   truth_.Fill({{-1, -5, -6}, {-1, 2, 5}}, GridMap::kFree);
-  for (const bool is_sure : {true, false}) {
-    const double sigma_m = is_sure ? 0.2 : 1.1 * options_.sure_sigma_m();
+  Restart();
+  known_.SetSigma(0.2);
+  bool went_through = false;
+  for (int i = 0; i < 2000 && !went_through; ++i) {
+    ASSERT_EQ(explorer_->state(), ExplorerState::kExploring);
+    Step();
+    went_through = at_.position_W_m.x() > 1;
+  }
+  EXPECT_TRUE(went_through);
+}
+
+TEST_F(CoverageTest, WaitsWhereWallsThatAreElsewhereHemItIn) {
+  for (const double sigma_m : {0.0, 0.15}) {
     Restart();
     route_.clear();
-    bool went_through = false;
-    for (int i = 0; i < 2000 && explorer_->state() == ExplorerState::kExploring; ++i) {
-      if (i % 5 == 0) known_.SetSigmas([&] { return sigma_m; });
-      Step();
-      submaps_ += i % 20 == 0;
-      went_through |= at_.position_W_m.x() > 1;
-    }
+    known_.SetSigma(sigma_m);
+    const VoxelKey middle = known_.grid().KeyOf(kStart.position_W_m);
+    const auto around = [&](int n) {
+      return VoxelBox{{middle.x - n, middle.y - n, middle.z - n},
+                      {middle.x + n, middle.y + n, middle.z + n}};
+    };
+    known_.Fill(around(3), GridMap::kOccupied);
+    known_.Fill(around(2), GridMap::kFree);
+    for (int i = 0; i < 20; ++i) Update();
+    EXPECT_EQ(explorer_->state() == ExplorerState::kFinished, sigma_m == 0);
+    if (sigma_m == 0) continue;
+    // The scans have shown where they are.
+    ForEachVoxel(around(3), [&](const VoxelKey& key) { known_.Set(key, truth_.Get(key)); });
+    FlyToTheEnd();
     EXPECT_EQ(explorer_->end_reason(), "nothing_to_gain");
-    EXPECT_EQ(went_through, is_sure) << "not through a door that may be elsewhere";
+    EXPECT_LT(UnknownShare(), 0.1);
   }
 }
 
@@ -612,13 +631,12 @@ TEST_F(CoverageTest, FeelsItsWayHomeWhereWhatIsUncertainClosesAllWays) {
   }
   // No way home keeps so much clearance.
   options_.max_uncertainty_m = 1;
-  known_.SetSigmas([] { return 0.6; });
+  known_.SetSigma(0.6);
   explorer_->SetRules(options_, exploration_);
   explorer_->EndWith("go_home", true);
   const double straight_m = ToStart_m();
   for (int i = 0; i < 4000 && explorer_->state() != ExplorerState::kFinished; ++i) {
     const Waypoint from = at_;
-    known_.SetSigmas([] { return 0.6; });
     Step();
     home_m += LengthOf(from, at_);
   }

@@ -140,7 +140,9 @@ bool Explorer::IsHemmedIn(const OccupancyMap& map, const CollisionChecker& check
 }
 
 void Explorer::KeepAllDistance(const OccupancyMap& map, const Waypoint& at) {
-  if (distance_share_ == 1 || submaps_ - set_distance_at_ < kSubmapsOfLessDistance) return;
+  // Not while it leads nowhere: the end of that is counted.
+  if (distance_share_ == 1 || failures_ > 0 || submaps_ - set_distance_at_ < kSubmapsOfLessDistance)
+    return;
   SetDistance(1);
   if (!checker_.IsFree(map, at)) SetDistance(kLessDistance);
 }

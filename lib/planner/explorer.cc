@@ -596,7 +596,7 @@ bool Explorer::Revisit(const OccupancyMap& map, const Waypoint& at) {
     const bool gets_nearer = left_m < LengthOf(at, target) - kRevisitProgress_m;
     if (!gets_nearer || left_m < kRevisitProgress_m) ++next_revisit_;
     if (!gets_nearer) continue;
-    SetPlan(tree.BranchTo(node), PlanKind::kPath, tree.nodes(), node);
+    SetPlan(Flown(map, *checker, tree.BranchTo(node)), PlanKind::kPath, tree.nodes(), node);
     return true;
   }
   return false;

@@ -41,6 +41,12 @@ CollisionChecker CollisionChecker::Scaled(double share) const {
   return scaled;
 }
 
+CollisionChecker CollisionChecker::GrowingBy(double share) const {
+  CollisionChecker growing = *this;
+  growing.rules_.uncertainty_sigmas *= share;
+  return growing;
+}
+
 CollisionChecker CollisionChecker::ForSure(double sigma_m) const {
   CollisionChecker sure = *this;
   sure.rules_.sure_sigma_m = sigma_m;

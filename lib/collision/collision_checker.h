@@ -53,6 +53,8 @@ class CollisionChecker {
   explicit CollisionChecker(const CollisionRules& rules);
   /// The same rules with all clearances scaled by `share`; 0 leaves the bare hull.
   CollisionChecker Scaled(double share) const;
+  /// The same rules, but clearances grow by `share` of what uncertainty asks for; 0: not at all.
+  CollisionChecker GrowingBy(double share) const;
   /// The same rules, but occupied voxels whose place is less certain than `sigma_m` block the bare
   /// hull alone: for a vehicle that the map shows among them.
   CollisionChecker ForSure(double sigma_m) const;

@@ -278,17 +278,18 @@ TEST(CollisionCheckerTest, WhatIsNotSurelyThereBlocksTheBareHullAlone) {
   rules.clearance_m = 0.15;
   rules.uncertainty_sigmas = 2;
   rules.unknown_blocks = false;
-  const CollisionChecker all(rules), sure = all.ForSure(0.25);
+  const CollisionChecker all(rules), sure = all.ForSure(0.25), growing_not = all.GrowingBy(0);
   const Waypoint at{{0, 0, 0}, 0};
   for (const double sigma_m : {0.2, 0.3})
-    for (const double beside_m : {0.4, 0.65, 1.6}) {
+    for (const double beside_m : {0.4, 0.65, 0.85, 1.6}) {
       GridMap map(0.1);
       map.Set(map.grid().KeyOf({beside_m, 0.05, 0.05}), GridMap::kOccupied);
-      map.SetSigmas([&] { return sigma_m; });
+      map.SetSigma(sigma_m);
       const bool touches_hull = beside_m < 0.5, touches_clearance = beside_m < 1;
       EXPECT_EQ(all.IsFree(map, at), !touches_clearance) << sigma_m << " " << beside_m;
       EXPECT_EQ(sure.IsFree(map, at), sigma_m > 0.25 ? !touches_hull : !touches_clearance)
           << sigma_m << " " << beside_m;
+      EXPECT_EQ(growing_not.IsFree(map, at), beside_m > 0.7) << sigma_m << " " << beside_m;
     }
 }
 

@@ -109,20 +109,18 @@ void Explorer::SetStart(const Vec3& first_W, const Vec3& p_W) {
 void Explorer::SetDistance(double share) {
   distance_share_ = share;
   set_distance_at_ = submaps_;
-  CollisionRules rules = options_.collision_rules();
-  rules.uncertainty_sigmas *= share;
-  checker_ = CollisionChecker(rules);
+  checker_ = CollisionChecker(options_.collision_rules()).GrowingBy(share);
   checker_.SetKeepOut(exploration_.keep_out_W());
   checker_.SetBubbles(bubbles_);
 }
 
 bool Explorer::IsWalledIn(const OccupancyMap& map, const Waypoint& at) {
-  const auto reached_places = [&](double share) {
-    SetDistance(share);
-    routes_->Search(map, CheckerAt(map, at, 1), at);
+  const auto reached_by = [&](const CollisionChecker& checker) {
+    routes_->Search(map, checker, at);
     return static_cast<double>(routes_->reached().size());
   };
-  const double open = reached_places(0), left = reached_places(1);
+  const CollisionChecker checker = CheckerAt(map, at, 1);
+  const double open = reached_by(checker.GrowingBy(0)), left = reached_by(checker);
   return left < kWalledIn * open;
 }
 

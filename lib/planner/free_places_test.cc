@@ -100,7 +100,7 @@ TEST(FreePlacesTest, UncertaintyKeepsAway) {
     return least_m;
   };
   const double sure_m = nearest_m();
-  map.SetSigmas([] { return 0.2; });
+  map.SetSigma(0.2);
   EXPECT_NEAR(nearest_m() - sure_m, 0.4, 0.12);
 }
 

@@ -12,7 +12,7 @@ struct LoopClosureOptions {
   double cell_m = 0.5;
   double min_predicted_overlap = 0.3;
   int region_submaps = 4;
-  double min_overlap = 0.4;
+  double min_overlap = 0.3;
   double max_rmse_m = 0.12;
   int min_directions = 2;
   double max_share_in_free_water = 0.2;

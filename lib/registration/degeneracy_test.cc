@@ -30,10 +30,11 @@ struct Pair {
       const Vec3 ray_S = (p_S - structure.viewer_S).normalized();
       halves_S[random.Index(2)].push_back(p_S + random.Gaussian(noise_m) * ray_S);
     }
-    const double radius_m = IcpOptions{}.normal_radius_m;
+    IcpOptions options;
+    options.freedom = freedom;
     const auto cloud = [&](const std::vector<Vec3>& points_S, const Pose3& X) {
-      return std::make_unique<RegistrationCloud>(Voxelised(Transformed(X, points_S), kVoxel_m),
-                                                 radius_m, X * structure.viewer_S);
+      return std::unique_ptr<RegistrationCloud>(new RegistrationCloud(CloudFor(
+          options, Voxelised(Transformed(X, points_S), kVoxel_m), X * structure.viewer_S)));
     };
     target = cloud(halves_S[0], X_iS);
     source = cloud(halves_S[1], X_kS);
@@ -165,6 +166,19 @@ TEST(DegeneracyTest, TrueDirectionsAreNamedAndErrorsAreAsLargeAsToldThere) {
   RecordProperty("right", std::to_string(all.right) + " of " + std::to_string(all.pairs));
   RecordProperty("elsewhere", all.elsewhere);
   RecordProperty("normalised_error_squared", std::to_string(all.normalised()));
+}
+
+// Of all points most are the floor's, whose normals are noisy and tell nothing of x, y and yaw.
+TEST(DegeneracyTest, AFloorDoesNotDrownWhatPilesHold) {
+  constexpr int kPairs = 100;
+  for (const double noise_m : {0.01, 0.03}) {
+    const Tally tally = TallyOf({"PilesOverFloor", &StructureMaker::PilesOverFloor},
+                                IcpFreedom::kPlanar, noise_m, kPairs);
+    EXPECT_GE(tally.right, 0.95 * kPairs) << noise_m;
+    EXPECT_LE(tally.elsewhere, 0.01 * kPairs) << noise_m;
+    EXPECT_LT(tally.normalised(), 2) << noise_m;
+    EXPECT_GT(tally.normalised(), 0.25) << noise_m;
+  }
 }
 
 /// The part of the way from the registration's start to its result along what it says that it has

@@ -52,7 +52,6 @@ void ForEachCorrespondence(const IcpOptions& options, const RegistrationCloud& t
                            const RegistrationCloud& source, const Pose3& X_ik,
                            double max_distance_m, Visit visit) {
   const Mat3 R_ik = X_ik.linear();
-  const double point_variance_m2 = options.point_sigma_m * options.point_sigma_m;
   // Beyond this a residual counts linearly (Huber).
   const double linear_from_m = 0.5 * max_distance_m;
   const std::size_t used = UsedPoints(options, source);
@@ -73,7 +72,7 @@ void ForEachCorrespondence(const IcpOptions& options, const RegistrationCloud& t
         .normal_k = normal_k,
         .residual_m = residual_m,
         .weight = std::min(1.0, linear_from_m / std::max(std::abs(residual_m), 1e-9)),
-        .tilt_variance = std::max(plane.variance_m2, point_variance_m2) / plane.scatter_m2});
+        .tilt_variance = plane.TiltVariance(options.point_sigma_m)});
   }
 }
 
@@ -247,10 +246,32 @@ Vec6 WayBackAlongUnmeasured(const Descent& descent, const Pose3& X_ik, const Fre
   return free.Twist(back - span * (span.transpose() * back));
 }
 
+/// Whether noise alone may tilt a level surface as far.
+bool MayBeLevel(const LocalPlane& plane, double point_sigma_m) {
+  constexpr double kChiSquare99 = 9.21;  // Of two directions.
+  return plane.normal.head<2>().squaredNorm() <= kChiSquare99 * plane.TiltVariance(point_sigma_m);
+}
+
 /// How far the middle of a short screw lies from a straight way, within a factor of two [m].
 double BendOf(const Vec6& screw) { return screw.head<3>().norm() * screw.tail<3>().norm() / 4; }
 
 }  // namespace
+
+RegistrationCloud CloudFor(const IcpOptions& options, std::vector<Vec3> points,
+                           const Vec3& seen_from) {
+  if (options.freedom == IcpFreedom::kFull)
+    return {std::move(points), options.normal_radius_m, seen_from};
+  const RegistrationCloud all(std::move(points), options.normal_radius_m, seen_from);
+  std::vector<Vec3> kept;
+  std::vector<LocalPlane> planes;
+  for (std::size_t p = 0; p < all.size(); ++p) {
+    const LocalPlane& plane = all.planes()[p];
+    if (!plane.normal.isZero() && MayBeLevel(plane, options.point_sigma_m)) continue;
+    kept.push_back(all.points()[p]);
+    planes.push_back(plane);
+  }
+  return {std::move(kept), std::move(planes)};
+}
 
 IcpResult Register(const IcpOptions& options, const RegistrationCloud& target,
                    const RegistrationCloud& source, const Pose3& initial_X_ik) {

@@ -83,6 +83,13 @@ struct IcpResult {
   int iterations = 0;
 };
 
+/// The points that Register() is to be given of those seen from `seen_from`. Where only x, y and yaw
+/// may move, those of surfaces as level as their noise can tell (99 %) are left out: a sea floor
+/// holds no motion along itself, and the noise of its many normals would drown what a few piles do
+/// hold. O(n log n).
+RegistrationCloud CloudFor(const IcpOptions& options, std::vector<Vec3> points,
+                           const Vec3& seen_from);
+
 /// Point-to-plane ICP, coarse to fine, from `initial_X_ik`. Directions in which the clouds do not
 /// hold each other keep their initial value (solution remapping of Zhang, Kaess and Singh 2016).
 /// Where far correspondences held at first what the last ones do not, and the way along it bends

@@ -102,6 +102,30 @@ TEST(IcpTest, PlanarFreedomLeavesHeightAndTiltAlone) {
   EXPECT_GT(moved.head<2>().norm(), 0.1);
 }
 
+TEST(IcpTest, IsGivenNoLevelGroundWhereNothingMovesUpOrTilts) {
+  const double sigma_m = 0.02;
+  const auto cloud = [&](const Rectangle& rectangle, IcpFreedom freedom) {
+    const Random random(6, "cloud");
+    return CloudFor(Options(freedom),
+                    WithNoise(SampleRectangles({rectangle}, kSpacing_m, random), sigma_m, random),
+                    Vec3::Zero())
+        .size();
+  };
+  constexpr double kSide_m = 5;
+  constexpr std::size_t kCount = 2500;
+  for (const double slope_deg : {0, 2, 30, 90}) {
+    const double slope_rad = slope_deg * std::numbers::pi / 180;
+    const Rectangle surface{
+        {2, 1, -1}, {0, kSide_m, 0}, kSide_m * Vec3(std::cos(slope_rad), 0, std::sin(slope_rad))};
+    const auto kept = cloud(surface, IcpFreedom::kPlanar);
+    if (slope_deg < 5)
+      EXPECT_LT(kept, kCount / 20) << slope_deg;
+    else
+      EXPECT_GT(kept, kCount - kCount / 50) << slope_deg;
+    EXPECT_EQ(cloud(surface, IcpFreedom::kFull), kCount) << slope_deg;
+  }
+}
+
 TEST(IcpTest, BackwardsIsTheInverse) {
   Random random(4, "icp");
   const Pose3 X_ik = RandomMotion(Twist(0.5, 0.5, 0, 0, 0, 0.3), random);

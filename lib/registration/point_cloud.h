@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <vector>
 
@@ -13,6 +14,12 @@ struct LocalPlane {
   Vec3 normal = Vec3::Zero();  ///< Zero without a plane.
   double variance_m2 = 0;      ///< Of the neighbours across it.
   double scatter_m2 = 0;       ///< Sum of their squared distances along its narrower direction.
+
+  /// Of the angle that noise tilts the normal by, in any direction across it [rad^2]; points err
+  /// by `point_sigma_m` at least. @pre there is a plane.
+  double TiltVariance(double point_sigma_m) const {
+    return std::max(variance_m2, point_sigma_m * point_sigma_m) / scatter_m2;
+  }
 };
 
 /// Points with a surface normal each and a search tree over them. Not changed after it is made.

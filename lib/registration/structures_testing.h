@@ -83,6 +83,14 @@ class StructureMaker {
     structure_.unseen_S = {Turn(center, kZ), Shift(kZ)};
     return structure_;
   }
+  /// Two thin piles over a wide floor.
+  Structure PilesOverFloor() {
+    constexpr double kPile_m = 0.25, kFloor_m = 8;
+    AddArc({distance_m_, -0.4 * width_m_, 0}, -kPile_m, 1.2);
+    AddArc({distance_m_ + random_.Uniform(0, 1.5), 0.4 * width_m_, 0}, -kPile_m, 1.2);
+    AddRectangle({-1, -kFloor_m / 2, -half_height_m_}, kFloor_m * kY, kFloor_m * kX);
+    return structure_;
+  }
   /// A piece of a round tank from inside.
   Structure TankWall() {
     const Vec3 center = -random_.Uniform(0, 2) * kX;

@@ -97,7 +97,7 @@ void Run(const RegisterArguments& arguments) {
   const auto options = arguments.config.Load().Read<IcpOptions>("registration");
   const CloudFile source = ReadCloud(arguments.source), target = ReadCloud(arguments.target);
   const auto cloud = [&](const CloudFile& file) {
-    return RegistrationCloud(file.points_V, options.normal_radius_m, Vec3::Zero());
+    return CloudFor(options, file.points_V, Vec3::Zero());
   };
   const IcpResult result =
       Register(options, cloud(target), cloud(source), InitialPose(arguments, source, target));

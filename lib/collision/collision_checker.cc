@@ -47,9 +47,10 @@ CollisionChecker CollisionChecker::GrowingBy(double share) const {
   return growing;
 }
 
-CollisionChecker CollisionChecker::ForSure(double sigma_m) const {
+CollisionChecker CollisionChecker::ForSure(double sigma_m, double unsure_share) const {
   CollisionChecker sure = *this;
   sure.rules_.sure_sigma_m = sigma_m;
+  sure.rules_.unsure_share = unsure_share;
   return sure;
 }
 
@@ -113,15 +114,21 @@ void CollisionChecker::FindObstacles(const OccupancyMap& map,
   }
   sigma_m_.assign(occupied_.size(), 0);
   if (rules_.uncertainty_sigmas * map.max_sigma_m() > 0) map.SigmaOf(occupied_, sigma_m_);
-  for (std::size_t o = 0; o < occupied_.size(); ++o)
-    obstacles_.push_back({map.grid().CenterOf(occupied_[o]), ClearanceFor(sigma_m_[o])});
+  const double voxel_radius_m = map.grid().voxel_size_m() * std::numbers::sqrt3 / 2;
+  for (std::size_t o = 0; o < occupied_.size(); ++o) {
+    const Vec3 center_W = map.grid().CenterOf(occupied_[o]);
+    obstacles_.push_back({center_W, ClearanceFrom(center_W, sigma_m_[o], voxel_radius_m)});
+  }
 }
 
-Vec3 CollisionChecker::ClearanceFor(double sigma_m) const {
-  if (sigma_m > rules_.sure_sigma_m) return Vec3::Zero();
-  const double uncertainty_m =
-      std::min(rules_.max_uncertainty_m, rules_.uncertainty_sigmas * sigma_m);
-  return Vec3::Constant(rules_.clearance_m) + Vec3(uncertainty_m, uncertainty_m, 0);
+Vec3 CollisionChecker::ClearanceFrom(const Vec3& center_W, double sigma_m,
+                                     double voxel_radius_m) const {
+  const double growth_m = rules_.GrowthFor(sigma_m);
+  const Vec3 clearance_m =
+      Vec3::Constant(rules_.ShareFor(sigma_m) * rules_.clearance_m) + Vec3(growth_m, growth_m, 0);
+  if (presence_ != Presence::kCoversOccupied) return clearance_m;
+  const Vec3 beside_m = (X_PW_ * center_W).cwiseAbs() - 0.5 * rules_.hull_size_m;
+  return clearance_m.cwiseMin(std::max(0.0, beside_m.maxCoeff() - voxel_radius_m));
 }
 
 bool CollisionChecker::EntersKeepOut(const Pose3& X_BW) const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <bitset>
 #include <limits>
 #include <memory>
@@ -21,8 +22,16 @@ struct CollisionRules {
   /// place.
   double uncertainty_sigmas = 0;
   double max_uncertainty_m = 1;  ///< But not by more than this.
-  /// Occupied voxels whose place is less certain than this get no clearance at all.
+  /// Occupied voxels whose place is less certain than this get a share of the clearance.
   double sure_sigma_m = std::numeric_limits<double>::infinity();
+  double unsure_share = 0;
+
+  /// Of the clearance, that an occupied voxel gets whose place is so uncertain.
+  double ShareFor(double sigma_m) const { return sigma_m > sure_sigma_m ? unsure_share : 1; }
+  /// By which the clearance from it is larger sideways than from a place that is certain.
+  double GrowthFor(double sigma_m) const {
+    return ShareFor(sigma_m) * std::min(max_uncertainty_m, uncertainty_sigmas * sigma_m);
+  }
 };
 
 /// A ball in W whose unknown voxels are taken for free: those in an upright cylinder in its middle,
@@ -55,9 +64,10 @@ class CollisionChecker {
   CollisionChecker Scaled(double share) const;
   /// The same rules, but clearances grow by `share` of what uncertainty asks for; 0: not at all.
   CollisionChecker GrowingBy(double share) const;
-  /// The same rules, but occupied voxels whose place is less certain than `sigma_m` block the bare
-  /// hull alone: for a vehicle that the map shows among them.
-  CollisionChecker ForSure(double sigma_m) const;
+  /// The same rules, but from occupied voxels whose place is less certain than `sigma_m` a share of
+  /// the clearances is kept, 0: they block the bare hull alone. For a vehicle that the map shows
+  /// among them.
+  CollisionChecker ForSure(double sigma_m, double unsure_share) const;
   /// The same rules, but unknown voxels are passable.
   CollisionChecker PassingUnknown() const;
 
@@ -67,7 +77,9 @@ class CollisionChecker {
   /// Boxes in W that no part of the vehicle, without clearance, may enter.
   void SetKeepOut(std::vector<Eigen::AlignedBox3d> boxes_W) { keep_out_W_ = std::move(boxes_W); }
   const std::vector<Eigen::AlignedBox3d>& keep_out_W() const { return keep_out_W_; }
-  /// Which voxels inside the box at the vehicle's present place are taken for free.
+  /// Which voxels inside the box at the vehicle's present place are taken for free: unknown ones,
+  /// or occupied ones, too. Then what is nearer to the hull there than its clearance need not be
+  /// farther away elsewhere, but may not be nearer.
   enum class Presence { kCoversUnknown, kCoversOccupied };
   /// Tells that the vehicle is at `at`: voxels inside its box there, grown by `margin_m`, are free.
   void SetPresence(const Waypoint& at, double margin_m,
@@ -103,8 +115,8 @@ class CollisionChecker {
                                   const Waypoint& to) const;
   bool IsInsideHull(const Vec3& p_W) const;
   void FindObstacles(const OccupancyMap& map, const Eigen::AlignedBox3d& bounds_W) const;
-  /// By which the hull grows toward a voxel whose place is so uncertain.
-  Vec3 ClearanceFor(double sigma_m) const;
+  /// By which the hull grows toward an occupied voxel whose place is so uncertain.
+  Vec3 ClearanceFrom(const Vec3& center_W, double sigma_m, double voxel_radius_m) const;
   bool Touches(const Waypoint& at, double voxel_size_m) const;
   bool EntersKeepOut(const Pose3& X_BW) const;
   int SamplesOf(const OccupancyMap& map, const Waypoint& from, const Waypoint& to) const;

@@ -278,7 +278,8 @@ TEST(CollisionCheckerTest, WhatIsNotSurelyThereBlocksTheBareHullAlone) {
   rules.clearance_m = 0.15;
   rules.uncertainty_sigmas = 2;
   rules.unknown_blocks = false;
-  const CollisionChecker all(rules), sure = all.ForSure(0.25), growing_not = all.GrowingBy(0);
+  const CollisionChecker all(rules), sure = all.ForSure(0.25, 0), half = all.ForSure(0.25, 0.5),
+                                     growing_not = all.GrowingBy(0);
   const Waypoint at{{0, 0, 0}, 0};
   for (const double sigma_m : {0.2, 0.3})
     for (const double beside_m : {0.4, 0.65, 0.85, 1.6}) {
@@ -289,8 +290,33 @@ TEST(CollisionCheckerTest, WhatIsNotSurelyThereBlocksTheBareHullAlone) {
       EXPECT_EQ(all.IsFree(map, at), !touches_clearance) << sigma_m << " " << beside_m;
       EXPECT_EQ(sure.IsFree(map, at), sigma_m > 0.25 ? !touches_hull : !touches_clearance)
           << sigma_m << " " << beside_m;
+      EXPECT_EQ(half.IsFree(map, at), sigma_m > 0.25 ? beside_m > 0.85 : !touches_clearance)
+          << sigma_m << " " << beside_m;
       EXPECT_EQ(growing_not.IsFree(map, at), beside_m > 0.7) << sigma_m << " " << beside_m;
     }
+}
+
+// The map shows a wall nearer to the vehicle than its clearance, and it has to get out of there.
+TEST(CollisionCheckerTest, WhatIsTooNearMayNotGetNearer) {
+  CollisionRules rules;
+  rules.hull_size_m = {1, 1, 0.5};
+  rules.clearance_m = 0.4;
+  rules.unknown_blocks = false;
+  GridMap map(0.1);
+  map.Set(map.grid().KeyOf({0.75, 0.05, 0.05}), GridMap::kOccupied);
+  map.Set(map.grid().KeyOf({-2.05, 0.05, 0.05}), GridMap::kOccupied);
+  const Waypoint at{{0, 0, 0}, 0};
+  CollisionChecker dut(rules);
+  dut.SetPresence(at, 0.1);
+  EXPECT_FALSE(dut.IsFree(map, at));
+  dut.SetPresence(at, 0.1, CollisionChecker::Presence::kCoversOccupied);
+  for (const auto& [x_m, is_free] :
+       {std::pair(0.0, true), std::pair(0.05, false), std::pair(-0.5, true), std::pair(-0.95, true),
+        std::pair(-1.2, false)})  // Toward the other one.
+    EXPECT_EQ(dut.IsFree(map, {{x_m, 0, 0}, 0}), is_free) << x_m;
+  EXPECT_TRUE(dut.IsEdgeFree(map, at, {{-0.9, 0, 0}, 0}));
+  EXPECT_FALSE(dut.IsFree(map, {{0, 0, 0}, 0.8})) << "a corner";
+  EXPECT_FALSE(dut.IsFree(map, {{0.25, 0, 0}, 0})) << "inside";
 }
 
 TEST(CollisionCheckerTest, TellsWhetherAllOnAWayIsSurelyKnown) {

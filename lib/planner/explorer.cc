@@ -46,8 +46,9 @@ constexpr int kMaxWaysHome = 100;
 // vehicle finds itself inside its clearances.
 constexpr double kShares[] = {1, 0.75, 0.5, 0.25};
 constexpr double kLeastShare = 0.5;
-// And that a way back keeps from what is surely there.
-constexpr double kWayBackShares[] = {1, 0.5, 0.25, 0};
+// And that a way back keeps from what is surely there, and from what is not: distance from walls
+// that may be elsewhere is given up first, but not all of it at once.
+constexpr double kWayBackShares[] = {1, 0.5, 0.25, 0}, kUnsureShares[] = {1, 0.5, 0.25, 0};
 /// Where the distance that uncertainty asks for leaves less than a share of the known water open,
 /// so much of it is kept instead, until so many submaps later.
 constexpr double kLessDistance = 0.5, kWalledIn = 0.4;
@@ -262,9 +263,10 @@ bool Explorer::HasReached(const Waypoint& at) const {
 }
 
 bool Explorer::IsBlocked(const OccupancyMap& map, const Waypoint& at) const {
-  const CollisionChecker checker = kind_ == PlanKind::kWayBack
-                                       ? WayBackChecker(map, at, flight_share_).PassingUnknown()
-                                       : CheckerAt(map, at, flight_share_);
+  const CollisionChecker checker =
+      kind_ == PlanKind::kWayBack
+          ? WayBackChecker(map, at, {flight_share_, flight_unsure_share_}).PassingUnknown()
+          : CheckerAt(map, at, flight_share_);
   // The rest of the path begins behind the waypoint that the vehicle is nearest to leaving.
   const std::vector<Waypoint>& path = plan_->path;
   std::size_t next = path.size() - 1;
@@ -464,15 +466,17 @@ bool Explorer::FlyHome(const OccupancyMap& map, const CollisionChecker& checker,
 }
 
 bool Explorer::FeelHome(const OccupancyMap& map, const Waypoint& at) {
-  for (const double share : kShares) {
-    if (share < kLeastShare) break;
-    const CollisionChecker checker = WayBackChecker(map, at, share);
-    const auto way = WayHome(map, checker, at);
-    if (!way) continue;
-    flight_share_ = kFlightShare * share;
-    const auto piece = FirstPartOf(*way, options_.max_edge_m);
-    SetPlan(Flown(map, checker, piece), PlanKind::kWayBack);
-    return true;
+  for (const double unsure : kUnsureShares) {
+    for (const double share : kWayBackShares) {
+      if (share < kLeastShare) break;
+      const CollisionChecker checker = WayBackChecker(map, at, {share, unsure});
+      const auto way = WayHome(map, checker, at);
+      if (!way) continue;
+      KeepInFlight({share, unsure});
+      const auto piece = FirstPartOf(*way, options_.max_edge_m);
+      SetPlan(Flown(map, checker, piece), PlanKind::kWayBack);
+      return true;
+    }
   }
   return false;
 }
@@ -600,9 +604,16 @@ bool Explorer::Revisit(const OccupancyMap& map, const Waypoint& at) {
   return false;
 }
 
+void Explorer::KeepInFlight(const WayBackShares& shares) {
+  flight_share_ = kFlightShare * shares.from_sure;
+  flight_unsure_share_ = kFlightShare * shares.from_unsure;
+}
+
 CollisionChecker Explorer::WayBackChecker(const OccupancyMap& map, const Waypoint& at,
-                                          double share) const {
-  CollisionChecker checker = checker_.Scaled(share).ForSure(options_.sure_sigma_m());
+                                          const WayBackShares& shares) const {
+  const double unsure = shares.from_sure > 0 ? shares.from_unsure / shares.from_sure : 0;
+  CollisionChecker checker =
+      checker_.Scaled(shares.from_sure).ForSure(options_.sure_sigma_m(), unsure);
   // What the map shows inside the hull cannot be there: voxels that overlap it, however it is
   // turned, and none beside it.
   checker.SetPresence(at, std::numbers::sqrt2 / 2 * map.grid().voxel_size_m(),
@@ -611,10 +622,13 @@ CollisionChecker Explorer::WayBackChecker(const OccupancyMap& map, const Waypoin
 }
 
 bool Explorer::LeaveTightPlace(const OccupancyMap& map, const Waypoint& at, WayOut way_out) {
-  for (const double share : kWayBackShares) {
-    if (!(this->*way_out)(map, at, WayBackChecker(map, at, share))) continue;
-    flight_share_ = kFlightShare * share;
-    return true;
+  for (const double unsure : kUnsureShares) {
+    for (const double share : kWayBackShares) {
+      if (share < unsure) break;
+      if (!(this->*way_out)(map, at, WayBackChecker(map, at, {share, unsure}))) continue;
+      KeepInFlight({share, unsure});
+      return true;
+    }
   }
   return false;
 }

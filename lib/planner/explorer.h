@@ -103,6 +103,12 @@ class Explorer {
     kSearch,   ///< Stay until the planner has looked at all places.
   };
 
+  /// Of the clearances, that a way back keeps.
+  struct WayBackShares {
+    double from_sure = 1;    ///< From what is surely where the map shows it.
+    double from_unsure = 1;  ///< From all else, not more.
+  };
+
   /// Where the vehicle was.
   struct Passed {
     Waypoint at;
@@ -166,6 +172,8 @@ class Explorer {
   bool BackOut(const OccupancyMap& map, const Waypoint& at, const CollisionChecker& rules);
   /// To any place with more room than here.
   bool Escape(const OccupancyMap& map, const Waypoint& at, const CollisionChecker& checker);
+  /// Flies a plan by the rules for ways out.
+  void KeepInFlight(const WayBackShares& shares);
   /// A piece of the way home. Where all ways are closed by what is uncertain, it is better to go
   /// and see than to go back all the way, which takes long, and the longer, the more uncertain.
   bool FeelHome(const OccupancyMap& map, const Waypoint& at);
@@ -175,9 +183,9 @@ class Explorer {
   void SetWayBack(const OccupancyMap& map, const CollisionChecker& checker,
                   const std::vector<Waypoint>& path, std::vector<TreeNode> tree = {},
                   int best = -1);
-  /// The rules for ways out: a share of the clearances from what is surely there; what old submaps
-  /// show where the vehicle is must be elsewhere.
-  CollisionChecker WayBackChecker(const OccupancyMap& map, const Waypoint& at, double share) const;
+  /// The rules for ways out: what old submaps show where the vehicle is must be elsewhere.
+  CollisionChecker WayBackChecker(const OccupancyMap& map, const Waypoint& at,
+                                  const WayBackShares& shares) const;
 
   /// The rules with a share of the clearances, for a vehicle at `at`.
   CollisionChecker CheckerAt(const OccupancyMap& map, const Waypoint& at, double share) const;
@@ -234,7 +242,8 @@ class Explorer {
   std::optional<Time> started_at_;
   double flown_m_ = 0;
   std::optional<Waypoint> last_at_;
-  double flight_share_ = 0;  // Of the clearances, that the plan in flight must keep.
+  double flight_share_ = 0;         // Of the clearances, that the plan in flight must keep.
+  double flight_unsure_share_ = 0;  // The same of a way back, from what is not surely there.
   std::int64_t plans_ = 0, trees_ = 0;
   std::vector<Passed> history_;  // The way the vehicle came, without what it went back again.
   std::map<int, Pose3> X_WM_;    // As SetSubmaps() was told.

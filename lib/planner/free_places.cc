@@ -201,13 +201,9 @@ void FreePlaces::FindOccupied(const OccupancyMap& map, const CollisionRules& rul
   std::vector<float> sigma_m(keys.size(), 0);
   if (rules.uncertainty_sigmas * map.max_sigma_m() > 0) map.SigmaOf(keys, sigma_m);
   occupied_.clear();
-  for (std::size_t k = 0; k < keys.size(); ++k) {
-    const double reach_m =
-        sigma_m[k] > rules.sure_sigma_m
-            ? 0
-            : std::min(rules.max_uncertainty_m, rules.uncertainty_sigmas * sigma_m[k]);
-    occupied_.push_back({keys[k], static_cast<float>(reach_m / grid_->voxel_size_m())});
-  }
+  for (std::size_t k = 0; k < keys.size(); ++k)
+    occupied_.push_back(
+        {keys[k], static_cast<float>(rules.GrowthFor(sigma_m[k]) / grid_->voxel_size_m())});
 }
 
 void FreePlaces::MarkNeighbours() {

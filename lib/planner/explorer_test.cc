@@ -288,6 +288,28 @@ TEST_F(ExplorerTest, DoesNotBackOutThroughWhatIsSurelyThere) {
   }
 }
 
+TEST_F(ExplorerTest, WaysOutKeepTheirDistanceFromWhatIsNotSurelyThere) {
+  GridMap posts = Chamber();
+  for (const double x_m : {-2.7, -0.3})
+    posts.Fill(VoxelsOf(posts.grid(), {Vec3(x_m, -1.1, -1.2), Vec3(x_m, -1.1, 1.1)}),
+               GridMap::kOccupied);
+  posts.SetSigma(0.6);
+  CollisionChecker all(options_.collision_rules());
+  for (int seed = 1; seed <= 10; ++seed) {
+    mission_.seed = seed;
+    Restart();
+    known_ = posts;
+    // Beside the vehicle, in less than its clearance.
+    known_.Fill(VoxelsOf(known_.grid(), {Vec3(-2.5, 0.1, -1.2), Vec3(-0.5, 0.1, 1.1)}),
+                GridMap::kOccupied);
+    const Plan* plan = Update();
+    ASSERT_NE(plan, nullptr);
+    ASSERT_GE(plan->path.size(), 2u) << seed;
+    for (std::size_t i = 0; i + 1 < plan->path.size(); ++i)
+      EXPECT_TRUE(all.IsEdgeFree(posts, plan->path[i], plan->path[i + 1])) << seed;
+  }
+}
+
 /// The same with the planner of coverage, and home at the end.
 class CoverageTest : public ExplorerTest {
  protected:

@@ -174,6 +174,7 @@ TEST(DegeneracyTest, AFloorDoesNotDrownWhatPilesHold) {
   for (const double noise_m : {0.01, 0.03}) {
     const Tally tally = TallyOf({"PilesOverFloor", &StructureMaker::PilesOverFloor},
                                 IcpFreedom::kPlanar, noise_m, kPairs);
+    RecordProperty("right_" + std::to_string(noise_m), tally.right);
     EXPECT_GE(tally.right, 0.95 * kPairs) << noise_m;
     EXPECT_LE(tally.elsewhere, 0.01 * kPairs) << noise_m;
     EXPECT_LT(tally.normalised(), 2) << noise_m;

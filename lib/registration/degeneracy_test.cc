@@ -170,13 +170,13 @@ TEST(DegeneracyTest, TrueDirectionsAreNamedAndErrorsAreAsLargeAsToldThere) {
 
 // Of all points most are the floor's, whose normals are noisy and tell nothing of x, y and yaw.
 TEST(DegeneracyTest, AFloorDoesNotDrownWhatPilesHold) {
-  constexpr int kPairs = 100;
+  constexpr int kPairs = 50;
   for (const double noise_m : {0.01, 0.03}) {
     const Tally tally = TallyOf({"PilesOverFloor", &StructureMaker::PilesOverFloor},
                                 IcpFreedom::kPlanar, noise_m, kPairs);
     RecordProperty("right_" + std::to_string(noise_m), tally.right);
-    EXPECT_GE(tally.right, 0.95 * kPairs) << noise_m;
-    EXPECT_LE(tally.elsewhere, 0.01 * kPairs) << noise_m;
+    EXPECT_GE(tally.right, 0.9 * kPairs) << noise_m;
+    EXPECT_EQ(tally.elsewhere, 0) << noise_m;
     EXPECT_LT(tally.normalised(), 2) << noise_m;
     EXPECT_GT(tally.normalised(), 0.25) << noise_m;
   }

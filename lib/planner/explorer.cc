@@ -657,9 +657,11 @@ bool Explorer::Escape(const OccupancyMap& map, const Waypoint& at,
   tree.Spread(context, options_.tree_nodes, random);
   int best = 0;
   double best_share = FreeShareAt(map, at);
+  // Who keeps a distance from everything gets far only where the next plan can begin.
+  const double least = checker.rules().unsure_share > 0 ? kLeastShare : 0;
   for (int node = 1; node < static_cast<int>(tree.nodes().size()); ++node) {
     const double share = FreeShareAt(map, tree.nodes()[node].at);
-    if (share <= best_share) continue;
+    if (share <= best_share || share < least) continue;
     best = node;
     best_share = share;
   }

@@ -206,7 +206,7 @@ TEST(DegeneracyTest, NoRegistrationGoesFarAroundWhatItHasNotMeasured) {
     for (const Kind& kind : kKinds) {
       IcpOptions options;
       options.freedom = freedom;
-      int degenerate = 0, bent = 0;
+      int degenerate = 0;
       for (int i = 0; i < 30; ++i) {
         Random random(i, kind.name);
         Pair pair((StructureMaker(random).*kind.make)(), freedom, 0.03, random);
@@ -217,10 +217,9 @@ TEST(DegeneracyTest, NoRegistrationGoesFarAroundWhatItHasNotMeasured) {
         // How far the screw is from a straight line.
         const Vec6 way = UnmeasuredWay(pair, result);
         const double bend_m = way.head<3>().norm() * way.tail<3>().norm() / 4;
-        EXPECT_LT(bend_m, 0.2) << kind.name << " " << i;
-        bent += bend_m > 2 * options.point_sigma_m;
+        EXPECT_LT(bend_m, 1.1 * options.point_sigma_m) << kind.name << " " << i;
       }
-      EXPECT_LE(bent, degenerate / 30) << kind.name;
+      RecordProperty(kind.name, degenerate);
     }
 }
 

@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <vector>
 
 #include "lib/geometry/voxel_grid.h"
@@ -11,6 +12,7 @@ namespace vog {
 namespace {
 
 constexpr int kMinCorrespondences = 20;
+constexpr int kMaxWaysBack = 3;
 constexpr double kConverged = 1e-5;  // Metres, or radians times the cloud's radius.
 
 /// The directions in which a pose may move. Steps have a coordinate for each, rotations scaled to
@@ -255,6 +257,14 @@ bool MayBeLevel(const LocalPlane& plane, double point_sigma_m) {
 /// How far the middle of a short screw lies from a straight way, within a factor of two [m].
 double BendOf(const Vec6& screw) { return screw.head<3>().norm() * screw.tail<3>().norm() / 4; }
 
+/// The same if it bends by more than points err.
+std::optional<Vec6> BentWayBack(const IcpOptions& options, const Descent& descent,
+                                const Pose3& X_ik, const FreeDirections& free) {
+  if (!descent.usable || descent.directions.degenerate == 0) return std::nullopt;
+  const Vec6 back = WayBackAlongUnmeasured(descent, X_ik, free);
+  return BendOf(back) > options.point_sigma_m ? std::optional(back) : std::nullopt;
+}
+
 }  // namespace
 
 RegistrationCloud CloudFor(const IcpOptions& options, std::vector<Vec3> points,
@@ -280,17 +290,17 @@ IcpResult Register(const IcpOptions& options, const RegistrationCloud& target,
   if (target.size() < kMinCorrespondences || source.size() < kMinCorrespondences) return result;
   const FreeDirections free(options.freedom, source.radius_m());
   Descent descent = Descend(options, target, source, initial_X_ik, options.start_distance_m, free);
-  if (descent.usable && descent.directions.degenerate > 0) {
-    // What nothing holds in the end may have been held, wrongly, by what was taken for partners
-    // in the beginning.
-    const Vec6 back = WayBackAlongUnmeasured(descent, initial_X_ik, free);
-    if (BendOf(back) > options.point_sigma_m)
-      descent =
-          Descend(options, target, source, descent.X_ik * Exp(back), options.end_distance_m, free);
+  // What nothing holds in the end may have been held, wrongly, by what was taken for partners in
+  // the beginning.
+  std::optional<Vec6> back = BentWayBack(options, descent, initial_X_ik, free);
+  for (int tries = 0; back && tries < kMaxWaysBack; ++tries) {
+    descent =
+        Descend(options, target, source, descent.X_ik * Exp(*back), options.end_distance_m, free);
+    back = BentWayBack(options, descent, initial_X_ik, free);
   }
   result.X_ik = descent.X_ik;
   result.iterations = descent.iterations;
-  if (!descent.usable) return result;
+  if (!descent.usable || back) return result;
   const Linearisation& at = descent.at;
   const Directions& directions = descent.directions;
 

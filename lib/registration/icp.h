@@ -66,7 +66,9 @@ struct IcpOptions {
 
 /// A registration of a source cloud (frame k) to a target cloud (frame i).
 struct IcpResult {
-  bool usable = false;  ///< Enough correspondences, and at least one direction is determined.
+  /// Enough correspondences, at least one direction is determined, and it did not go astray along
+  /// the others.
+  bool usable = false;
   Pose3 X_ik = Pose3::Identity();
   /// Of X_ik from the points alone, right perturbation. Meaningful in the directions of `basis`
   /// only.
@@ -83,10 +85,10 @@ struct IcpResult {
   int iterations = 0;
 };
 
-/// The points that Register() is to be given of those seen from `seen_from`. Where only x, y and yaw
-/// may move, those of surfaces as level as their noise can tell (99 %) are left out: a sea floor
-/// holds no motion along itself, and the noise of its many normals would drown what a few piles do
-/// hold. O(n log n).
+/// The points that Register() is to be given of those seen from `seen_from`. Where only x, y and
+/// yaw may move, those of surfaces as level as their noise can tell (99 %) are left out: a sea
+/// floor holds no motion along itself, and the noise of its many normals would drown what a few
+/// piles do hold. O(n log n).
 RegistrationCloud CloudFor(const IcpOptions& options, std::vector<Vec3> points,
                            const Vec3& seen_from);
 
@@ -95,7 +97,7 @@ RegistrationCloud CloudFor(const IcpOptions& options, std::vector<Vec3> points,
 /// Where far correspondences held at first what the last ones do not, and the way along it bends
 /// by more than point_sigma_m, the result goes back along it to near the start and is refined from
 /// there: a constraint that leaves a direction free is linear about its measured pose, and must not
-/// be measured from the other side of a pillar.
+/// be measured from the other side of a pillar. What leaves again and again is not usable.
 ///
 /// Which those are is told from the noise of the normals. With J_n the row of a correspondence with
 /// the normal n, H = sum J_n^T J_n would grow by N = sum v (J_t^T J_t + J_s^T J_s) if the normals

@@ -301,6 +301,7 @@ void Explorer::MakePlan(const OccupancyMap& map, const Waypoint& at) {
   if (LeaveTightPlace(map, at, &Explorer::BackOut)) return;
   if (++failures_ <= kMaxFailures) {
     if (LeaveTightPlace(map, at, &Explorer::Escape)) return;
+    if (LeaveTightPlace(map, at, &Explorer::StepAside)) return;
     SetPlan({at}, PlanKind::kHold);  // The next scans may clear what is in the way.
   } else if (state_ == ExplorerState::kReturning) {
     Finish(at);
@@ -651,17 +652,26 @@ bool Explorer::BackOut(const OccupancyMap& map, const Waypoint& at, const Collis
 
 bool Explorer::Escape(const OccupancyMap& map, const Waypoint& at,
                       const CollisionChecker& checker) {
+  return SetWayToRoom(map, at, checker, kLeastShare, kHistoryStep_m);
+}
+
+bool Explorer::StepAside(const OccupancyMap& map, const Waypoint& at,
+                         const CollisionChecker& checker) {
+  return SetWayToRoom(map, at, checker, 0, 0);
+}
+
+bool Explorer::SetWayToRoom(const OccupancyMap& map, const Waypoint& at,
+                            const CollisionChecker& checker, double least_share, double least_m) {
   const TreeContext context{map, checker, {}};
   Random random = NextRandom();
   NbvTree tree(options_, box_W_, at);
   tree.Spread(context, options_.tree_nodes, random);
   int best = 0;
   double best_share = FreeShareAt(map, at);
-  // Who keeps a distance from everything gets far only where the next plan can begin.
-  const double least = checker.rules().unsure_share > 0 ? kLeastShare : 0;
   for (int node = 1; node < static_cast<int>(tree.nodes().size()); ++node) {
-    const double share = FreeShareAt(map, tree.nodes()[node].at);
-    if (share <= best_share || share < least) continue;
+    const Waypoint& there = tree.nodes()[node].at;
+    const double share = FreeShareAt(map, there);
+    if (share <= best_share || share < least_share || LengthOf(at, there) < least_m) continue;
     best = node;
     best_share = share;
   }

@@ -170,8 +170,14 @@ class Explorer {
   bool LeaveTightPlace(const OccupancyMap& map, const Waypoint& at, WayOut way_out);
   /// Back along the way the vehicle came, to where there is room. History ends there then.
   bool BackOut(const OccupancyMap& map, const Waypoint& at, const CollisionChecker& rules);
-  /// To any place with more room than here.
+  /// To any place, not right here, that is roomy enough to plan from.
   bool Escape(const OccupancyMap& map, const Waypoint& at, const CollisionChecker& checker);
+  /// To any place with more room than here.
+  bool StepAside(const OccupancyMap& map, const Waypoint& at, const CollisionChecker& checker);
+  /// To the roomiest place of a tree: roomier than here, at least `least_m` away and with
+  /// `least_share` of the clearances.
+  bool SetWayToRoom(const OccupancyMap& map, const Waypoint& at, const CollisionChecker& checker,
+                    double least_share, double least_m);
   /// Flies a plan by the rules for ways out.
   void KeepInFlight(const WayBackShares& shares);
   /// A piece of the way home. Where all ways are closed by what is uncertain, it is better to go

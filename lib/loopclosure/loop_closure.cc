@@ -4,6 +4,7 @@
 #include <functional>
 #include <set>
 
+#include "lib/base/chi_square.h"
 #include "lib/geometry/odometry.h"
 
 namespace vog {

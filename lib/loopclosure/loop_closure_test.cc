@@ -4,6 +4,7 @@
 
 #include <Eigen/Dense>
 
+#include "lib/base/chi_square.h"
 #include "lib/geometry/odometry.h"
 #include "lib/loopclosure/submaps_testing.h"
 
@@ -32,20 +33,6 @@ class LoopClosureTest : public testing::Test {
   std::shared_ptr<Submap> source_ = SubmapOf(9, FurnishedRoom(), X_Wk_);
   LoopClosureOptions options_;
 };
-
-TEST(ChiSquareTest, HoldsInNinetyNineOfAHundredCases) {
-  Random random(1, "chi");
-  constexpr int kRuns = 40000;
-  for (int degrees = 1; degrees <= 6; ++degrees) {
-    int below = 0;
-    for (int i = 0; i < kRuns; ++i) {
-      double chi_square = 0;
-      for (int d = 0; d < degrees; ++d) chi_square += std::pow(random.Gaussian(1), 2);
-      below += chi_square < ChiSquare99(degrees);
-    }
-    EXPECT_NEAR(below / static_cast<double>(kRuns), 0.99, 0.002) << degrees;
-  }
-}
 
 TEST_F(LoopClosureTest, PredictedOverlapIsTheBruteForceShare) {
   Random random(2, "overlap");

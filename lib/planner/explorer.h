@@ -106,7 +106,7 @@ class Explorer {
   /// Of the clearances, that a way back keeps.
   struct WayBackShares {
     double from_sure = 1;    ///< From what is surely where the map shows it.
-    double from_unsure = 1;  ///< From all else, not more.
+    double from_unsure = 1;  ///< From all else.
   };
 
   /// Where the vehicle was.

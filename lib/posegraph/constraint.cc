@@ -2,7 +2,6 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
-#include <array>
 #include <stdexcept>
 
 namespace vog {
@@ -27,11 +26,6 @@ Whitening WhiteningOfInformation(const Mat6& information) {
   const auto rank = (values.array() > kRankTolerance * values[5]).count();
   return values.tail(rank).cwiseSqrt().asDiagonal() *
          eigen.eigenvectors().rightCols(rank).transpose();
-}
-
-double ChiSquare99(int degrees) {
-  constexpr std::array<double, 7> kLimit = {0, 6.635, 9.210, 11.345, 13.277, 15.086, 16.812};
-  return kLimit.at(static_cast<std::size_t>(degrees));
 }
 
 }  // namespace vog

@@ -41,8 +41,4 @@ struct AbsolutePrior {
   double sigma_z_m = 1, sigma_angle_rad = 1;
 };
 
-/// The value that a chi-square variable with `degrees` (1..6) degrees of freedom stays below in 99
-/// % of all cases.
-double ChiSquare99(int degrees);
-
 }  // namespace vog

@@ -5,6 +5,8 @@
 #include <map>
 #include <optional>
 
+#include "lib/base/chi_square.h"
+
 namespace vog {
 namespace {
 

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "lib/base/chi_square.h"
 #include "lib/geometry/voxel_grid.h"
 
 namespace vog {
@@ -248,21 +249,20 @@ Vec6 WayBackAlongUnmeasured(const Descent& descent, const Pose3& X_ik, const Fre
   return free.Twist(back - span * (span.transpose() * back));
 }
 
-/// Whether noise alone may tilt a level surface as far.
-bool MayBeLevel(const LocalPlane& plane, double point_sigma_m) {
-  constexpr double kChiSquare99 = 9.21;  // Of two directions.
-  return plane.normal.head<2>().squaredNorm() <= kChiSquare99 * plane.TiltVariance(point_sigma_m);
-}
-
 /// How far the middle of a short screw lies from a straight way, within a factor of two [m].
 double BendOf(const Vec6& screw) { return screw.head<3>().norm() * screw.tail<3>().norm() / 4; }
 
-/// The same if it bends by more than points err.
+/// The way back along what is not measured, if it bends by more than points err.
 std::optional<Vec6> BentWayBack(const IcpOptions& options, const Descent& descent,
                                 const Pose3& X_ik, const FreeDirections& free) {
   if (!descent.usable || descent.directions.degenerate == 0) return std::nullopt;
   const Vec6 back = WayBackAlongUnmeasured(descent, X_ik, free);
   return BendOf(back) > options.point_sigma_m ? std::optional(back) : std::nullopt;
+}
+
+/// Whether noise alone may tilt a level surface as far.
+bool MayBeLevel(const LocalPlane& plane, double point_sigma_m) {
+  return plane.normal.head<2>().squaredNorm() <= ChiSquare99(2) * plane.TiltVariance(point_sigma_m);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "lib/base/chi_square.h"
 #include "lib/base/parallel.h"
 #include "lib/loopclosure/relocalisation.h"
 #include "lib/slam/revisits.h"

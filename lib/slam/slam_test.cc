@@ -5,6 +5,7 @@
 #include <numeric>
 #include <set>
 
+#include "lib/base/chi_square.h"
 #include "lib/loopclosure/submaps_testing.h"
 
 namespace vog {

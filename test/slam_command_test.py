@@ -108,7 +108,7 @@ class SlamTest(VogTest):
         for group in 1, 4:
             result = self.slam("--faults", 0.4, "--fault-group", group)
             self.assertGreater(result["faults"], 5)
-            self.assertLessEqual(result["faults_kept"], 0.1 * result["faults"])
+            self.assertLessEqual(result["faults_kept"], 0.04 * result["faults"])
             self.assertGreater(result["full"] + result["partial"], 5)
 
     def test_bad_arguments_are_refused(self):

@@ -1,8 +1,9 @@
 #include "tools/slam/rerun.h"
 
 #include <algorithm>
+#include <map>
 #include <numbers>
-#include <set>
+#include <utility>
 
 #include "lib/base/errors.h"
 #include "lib/base/random.h"
@@ -29,10 +30,16 @@ class Saboteur {
     --left_;
     if (!is_wrong_) return;
     registration.X_ik = registration.X_ik * wrong_;
-    spoilt_.insert({target, source});
+    spoilt_.emplace(std::pair(target, source), registration.X_ik);
   }
 
-  const std::set<std::pair<SubmapId, SubmapId>>& spoilt() const { return spoilt_; }
+  /// Not any of its pair: two may be registered alone and, again, as parts of regions.
+  bool HasSpoilt(const LoopClosure& loop) const {
+    const auto [begin, end] = spoilt_.equal_range({loop.from, loop.to});
+    return std::any_of(begin, end, [&](const auto& wrong) {
+      return wrong.second.matrix() == loop.constraint.X_ik.matrix();
+    });
+  }
 
  private:
   Pose3 AnyMotion(Random& random) const {
@@ -50,7 +57,7 @@ class Saboteur {
   int groups_ = 0, left_ = 0;
   bool is_wrong_ = false;
   Pose3 wrong_ = Pose3::Identity();
-  std::set<std::pair<SubmapId, SubmapId>> spoilt_;
+  std::multimap<std::pair<SubmapId, SubmapId>, Pose3> spoilt_;
 };
 
 void RejectGaps(const StoredMap& map) {
@@ -69,7 +76,7 @@ RerunSummary Summarise(const Slam& slam, const Saboteur& saboteur,
   RerunSummary summary;
   for (const Slam::Closure& closure : slam.closures()) {
     const LoopClosure& loop = closure.loop;
-    const bool is_fault = saboteur.spoilt().count({loop.from, loop.to}) > 0;
+    const bool is_fault = saboteur.HasSpoilt(loop);
     summary.faults += is_fault ? 1 : 0;
     if (!loop.accepted) {
       ++summary.rejected[loop.reason];

@@ -13,31 +13,64 @@ namespace vog {
 namespace {
 
 constexpr int kMinCorrespondences = 20;
+// While correspondences reach far, one of so many points tells enough.
+constexpr int kCoarseStride = 4;
 constexpr int kMaxWaysBack = 3;
 constexpr double kConverged = 1e-5;  // Metres, or radians times the cloud's radius.
 
-/// The directions in which a pose may move. Steps have a coordinate for each, rotations scaled to
-/// metres by the cloud's radius.
+template <int D>
+using Vector = Eigen::Matrix<double, D, 1>;
+template <int D>
+using Matrix = Eigen::Matrix<double, D, D>;
+template <int D>
+using Columns = Eigen::Matrix<double, D, Eigen::Dynamic>;
+
+/// The D directions in which a pose may move: all six, or x, y and yaw. Steps have a coordinate for
+/// each, rotations scaled to metres by the cloud's radius.
+template <int D>
 struct FreeDirections {
-  Eigen::Matrix<double, 6, Eigen::Dynamic> basis;  ///< Orthonormal columns.
+  static_assert(D == 3 || D == 6);
   double radius_m;
 
-  FreeDirections(IcpFreedom freedom, double radius_m)
-      : basis(Mat6::Identity()), radius_m(radius_m) {
-    if (freedom == IcpFreedom::kFull) return;
-    basis.setZero(6, 3);
-    basis(0, 0) = basis(1, 1) = basis(5, 2) = 1;
+  /// Its columns are the directions.
+  static Eigen::Matrix<double, 6, D> Basis() {
+    if constexpr (D == 6) {
+      return Mat6::Identity();
+    } else {
+      Eigen::Matrix<double, 6, 3> basis = Eigen::Matrix<double, 6, 3>::Zero();
+      basis(0, 0) = basis(1, 1) = basis(5, 2) = 1;
+      return basis;
+    }
   }
   /// From scaled coordinates to a pose's.
   Vec6 unscale() const { return (Vec6() << Vec3::Ones(), Vec3::Constant(1 / radius_m)).finished(); }
-  Vec6 Twist(const Eigen::VectorXd& step) const { return unscale().asDiagonal() * (basis * step); }
-  Eigen::VectorXd StepOf(const Pose3& motion) const {
-    return basis.transpose() * unscale().cwiseInverse().asDiagonal() * Log(motion);
+  Vec6 Twist(const Vector<D>& step) const { return unscale().asDiagonal() * (Basis() * step); }
+  Vector<D> StepOf(const Pose3& motion) const {
+    return Basis().transpose() * unscale().cwiseInverse().asDiagonal() * Log(motion);
+  }
+  /// How the distance of `p_k` along `direction_k` changes with a step xi in X_ik * Exp(xi).
+  Vector<D> RowOf(const Vec3& p_k, const Vec3& direction_k) const {
+    Vector<D> row;
+    if constexpr (D == 6) {
+      row.template head<3>() = direction_k;
+      row.template tail<3>() = p_k.cross(direction_k) / radius_m;
+    } else {
+      row[0] = direction_k.x();
+      row[1] = direction_k.y();
+      row[2] = (p_k.x() * direction_k.y() - p_k.y() * direction_k.x()) / radius_m;
+    }
+    return row;
   }
 };
 
 std::size_t UsedPoints(const IcpOptions& options, const RegistrationCloud& source) {
   return std::min(source.size(), static_cast<std::size_t>(options.max_points));
+}
+
+/// Which of the used points a linearisation with correspondences of such a reach takes: each
+/// so-manieth.
+int StrideAt(const IcpOptions& options, double max_distance_m) {
+  return max_distance_m > options.end_distance_m ? kCoarseStride : 1;
 }
 
 /// A point of the source and the plane of the target that it lies on.
@@ -58,7 +91,8 @@ void ForEachCorrespondence(const IcpOptions& options, const RegistrationCloud& t
   // Beyond this a residual counts linearly (Huber).
   const double linear_from_m = 0.5 * max_distance_m;
   const std::size_t used = UsedPoints(options, source);
-  for (std::size_t u = 0; u < used; ++u) {
+  const auto stride = static_cast<std::size_t>(StrideAt(options, max_distance_m));
+  for (std::size_t u = 0; u < used; u += stride) {
     const std::size_t s = u * source.size() / used;
     const Vec3 p_i = X_ik * source.points()[s];
     const auto nearest = target.NearestWithin(p_i, max_distance_m);
@@ -79,36 +113,30 @@ void ForEachCorrespondence(const IcpOptions& options, const RegistrationCloud& t
   }
 }
 
-/// How the distance of `p_k` along `direction_k` changes with xi in X_ik * Exp(xi), rotations
-/// scaled to metres.
-Vec6 RowOf(const Vec3& p_k, const Vec3& direction_k, double radius_m) {
-  Vec6 row;
-  row << direction_k, p_k.cross(direction_k) / radius_m;
-  return row;
-}
-
 /// The normal equations of one linearisation, in coordinates whose rotations are scaled to metres.
+template <int D>
 struct Linearisation {
-  Mat6 H = Mat6::Zero();
-  Mat6 noise = Mat6::Zero();  ///< What noise of the normals adds to H, on the average.
-  Vec6 b = Vec6::Zero();
+  Matrix<D> H = Matrix<D>::Zero();
+  Matrix<D> noise = Matrix<D>::Zero();  ///< What noise of the normals adds to H, on the average.
+  Vector<D> b = Vector<D>::Zero();
   double squares = 0;
   double weights = 0;
   int correspondences = 0;
 };
 
-Linearisation Linearise(const IcpOptions& options, const RegistrationCloud& target,
-                        const RegistrationCloud& source, const Pose3& X_ik, double max_distance_m,
-                        double radius_m) {
-  Linearisation sum;
+template <int D>
+Linearisation<D> Linearise(const IcpOptions& options, const RegistrationCloud& target,
+                           const RegistrationCloud& source, const Pose3& X_ik,
+                           double max_distance_m, const FreeDirections<D>& free) {
+  Linearisation<D> sum;
   ForEachCorrespondence(
       options, target, source, X_ik, max_distance_m, [&](const Correspondence& c) {
-        const Vec6 J = RowOf(c.p_k, c.normal_k, radius_m);
+        const Vector<D> J = free.RowOf(c.p_k, c.normal_k);
         sum.H += c.weight * J * J.transpose();
         sum.b -= c.weight * c.residual_m * J;
         const Vec3 across_k = c.normal_k.unitOrthogonal();
         for (const Vec3& tilted_k : {across_k, Vec3(c.normal_k.cross(across_k))}) {
-          const Vec6 feigned = RowOf(c.p_k, tilted_k, radius_m);
+          const Vector<D> feigned = free.RowOf(c.p_k, tilted_k);
           sum.noise += c.weight * c.tilt_variance * feigned * feigned.transpose();
         }
         sum.squares += c.weight * c.residual_m * c.residual_m;
@@ -119,13 +147,16 @@ Linearisation Linearise(const IcpOptions& options, const RegistrationCloud& targ
 }
 
 /// Points that share an error.
+template <int D>
 struct Patch {
-  Vec6 row = Vec6::Zero();
+  Vector<D> row = Vector<D>::Zero();
   double residual_m = 0, weight = 0;
 };
-using Patches = std::map<VoxelKey, Patch>;
+template <int D>
+using Patches = std::map<VoxelKey, Patch<D>>;
 
-void AddTo(Patch& patch, const Correspondence& c, const Vec6& row) {
+template <int D>
+void AddTo(Patch<D>& patch, const Correspondence& c, const Vector<D>& row) {
   patch.row += c.weight * row;
   patch.residual_m += c.weight * c.residual_m;
   patch.weight += c.weight;
@@ -133,8 +164,9 @@ void AddTo(Patch& patch, const Correspondence& c, const Vec6& row) {
 
 /// Covariance of b if each patch is off by one error, as large as the mean residuals of the patches
 /// tell, to which `fitted` coordinates were fitted.
-Mat6 ErrorsOf(const Patches& patches, double least_m, Eigen::Index fitted) {
-  Mat6 rows = Mat6::Zero();
+template <int D>
+Matrix<D> ErrorsOf(const Patches<D>& patches, double least_m, Eigen::Index fitted) {
+  Matrix<D> rows = Matrix<D>::Zero();
   double squares_m2 = 0, weight = 0;
   for (const auto& [key, patch] : patches) {
     rows += patch.row * patch.row.transpose();
@@ -148,14 +180,15 @@ Mat6 ErrorsOf(const Patches& patches, double least_m, Eigen::Index fitted) {
 
 /// Covariance of b. Voxels of one patch of surface do not err independently; and since grids stand
 /// upright, steep surfaces repeat the errors of their rounding all the way up.
-Mat6 SharedErrors(const IcpOptions& options, const RegistrationCloud& target,
-                  const RegistrationCloud& source, const Pose3& X_ik, double radius_m,
-                  Eigen::Index fitted) {
+template <int D>
+Matrix<D> SharedErrors(const IcpOptions& options, const RegistrationCloud& target,
+                       const RegistrationCloud& source, const Pose3& X_ik,
+                       const FreeDirections<D>& free, Eigen::Index fitted) {
   const VoxelGrid grid(options.correlation_m);
-  Patches cells, columns;
+  Patches<D> cells, columns;
   ForEachCorrespondence(options, target, source, X_ik, options.end_distance_m,
                         [&](const Correspondence& c) {
-                          const Vec6 row = RowOf(c.p_k, c.normal_k, radius_m);
+                          const Vector<D> row = free.RowOf(c.p_k, c.normal_k);
                           const VoxelKey cell = grid.KeyOf(c.p_i);
                           AddTo(cells[cell], c, row);
                           AddTo(columns[{cell.x, cell.y, 0}], c, row);
@@ -164,36 +197,34 @@ Mat6 SharedErrors(const IcpOptions& options, const RegistrationCloud& target,
 }
 
 /// What the points hold of the free coordinates.
+template <int D>
 struct Directions {
-  Eigen::MatrixXd measured;         ///< Its columns' products with a step are measured.
-  Eigen::MatrixXd gain;             ///< From b to the shortest step with the best such products.
-  Eigen::VectorXd signal_to_noise;  ///< Of all directions, ascending.
-  int degenerate = 0;               ///< So many of them are not measured.
+  Columns<D> measured;        ///< Its columns' products with a step are measured.
+  Matrix<D> gain;             ///< From b to the shortest step with the best such products.
+  Vector<D> signal_to_noise;  ///< Of all directions, ascending.
+  int degenerate = 0;         ///< So many of them are not measured.
 };
 
 /// Directions u that H and the noise treat apart from each other: u^T H v = 0 and u^T noise v = 0.
-Directions WellConditioned(const IcpOptions& options, const Linearisation& at,
-                           const Eigen::Matrix<double, 6, Eigen::Dynamic>& free) {
+template <int D>
+Directions<D> WellConditioned(const IcpOptions& options, const Linearisation<D>& at) {
   // Where normals are hardly tilted, not to divide by nothing.
   constexpr double kLeastNoise = 1e-6;
-  const Eigen::MatrixXd H = free.transpose() * at.H * free;
-  const Eigen::MatrixXd noise =
-      free.transpose() * at.noise * free +
-      kLeastNoise * at.weights * Eigen::MatrixXd::Identity(H.rows(), H.cols());
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> by_noise(H, noise);
-  Eigen::MatrixXd u = by_noise.eigenvectors(), duals = noise * u;
-  Eigen::VectorXd stiffness = by_noise.eigenvalues();
+  const Matrix<D> noise = at.noise + kLeastNoise * at.weights * Matrix<D>::Identity();
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix<D>> by_noise(at.H, noise);
+  Matrix<D> u = by_noise.eigenvectors(), duals = noise * u;
+  Vector<D> stiffness = by_noise.eigenvalues();
   double least = options.min_signal_to_noise;
   if (options.degeneracy == Degeneracy::kShare) {
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> by_share(H);
+    const Eigen::SelfAdjointEigenSolver<Matrix<D>> by_share(at.H);
     u = duals = by_share.eigenvectors();
     stiffness = by_share.eigenvalues();
     least = options.degenerate_share * at.weights;
   }
-  Directions directions;
-  while (directions.degenerate < H.rows() && stiffness[directions.degenerate] < least)
+  Directions<D> directions;
+  while (directions.degenerate < D && stiffness[directions.degenerate] < least)
     ++directions.degenerate;
-  const Eigen::Index kept = H.rows() - directions.degenerate;
+  const Eigen::Index kept = D - directions.degenerate;
   directions.measured = duals.rightCols(kept);
   const Eigen::MatrixXd products =
       stiffness.tail(kept).cwiseInverse().asDiagonal() * u.rightCols(kept).transpose();
@@ -210,28 +241,31 @@ Eigen::MatrixXd SpanOf(const Eigen::MatrixXd& columns) {
 }
 
 /// Gauss-Newton steps from a pose, and where they led.
+template <int D>
 struct Descent {
   Pose3 X_ik;
-  Linearisation at;  ///< The last one.
-  Directions directions;
+  Linearisation<D> at;  ///< The last one.
+  Directions<D> directions;
   int iterations = 0;
   bool usable = false;
 };
 
 /// Correspondences reach `distance_m` at first and end_distance_m in the end.
-Descent Descend(const IcpOptions& options, const RegistrationCloud& target,
-                const RegistrationCloud& source, const Pose3& X_ik, double distance_m,
-                const FreeDirections& free) {
+template <int D>
+Descent<D> Descend(const IcpOptions& options, const RegistrationCloud& target,
+                   const RegistrationCloud& source, const Pose3& X_ik, double distance_m,
+                   const FreeDirections<D>& free) {
   const double shrink = std::pow(options.end_distance_m / options.start_distance_m,
                                  1.0 / std::max(1, options.iterations / 2));
-  Descent descent;
+  Descent<D> descent;
   descent.X_ik = X_ik;
   for (descent.iterations = 1; descent.iterations <= options.iterations; ++descent.iterations) {
-    descent.at = Linearise(options, target, source, descent.X_ik, distance_m, free.radius_m);
-    if (descent.at.correspondences < kMinCorrespondences) return descent;
-    descent.directions = WellConditioned(options, descent.at, free.basis);
+    descent.at = Linearise(options, target, source, descent.X_ik, distance_m, free);
+    const int stride = StrideAt(options, distance_m);
+    if (stride * descent.at.correspondences < kMinCorrespondences) return descent;
+    descent.directions = WellConditioned(options, descent.at);
     if (descent.directions.measured.cols() == 0) return descent;
-    const Eigen::VectorXd step = descent.directions.gain * (free.basis.transpose() * descent.at.b);
+    const Vector<D> step = descent.directions.gain * descent.at.b;
     descent.X_ik = descent.X_ik * Exp(free.Twist(step));
     const bool is_fine = distance_m <= options.end_distance_m;
     if (is_fine && step.norm() < kConverged) break;
@@ -243,9 +277,11 @@ Descent Descend(const IcpOptions& options, const RegistrationCloud& target,
 
 /// The way back from where the descent led to `X_ik`, as far as it goes along directions that are
 /// not measured: along a symmetry of the structure, a screw, every place fits as well.
-Vec6 WayBackAlongUnmeasured(const Descent& descent, const Pose3& X_ik, const FreeDirections& free) {
-  const Eigen::MatrixXd span = SpanOf(descent.directions.measured);
-  const Eigen::VectorXd back = free.StepOf(Ominus(descent.X_ik, X_ik));
+template <int D>
+Vec6 WayBackAlongUnmeasured(const Descent<D>& descent, const Pose3& X_ik,
+                            const FreeDirections<D>& free) {
+  const Columns<D> span = SpanOf(descent.directions.measured);
+  const Vector<D> back = free.StepOf(Ominus(descent.X_ik, X_ik));
   return free.Twist(back - span * (span.transpose() * back));
 }
 
@@ -253,8 +289,9 @@ Vec6 WayBackAlongUnmeasured(const Descent& descent, const Pose3& X_ik, const Fre
 double BendOf(const Vec6& screw) { return screw.head<3>().norm() * screw.tail<3>().norm() / 4; }
 
 /// The way back along what is not measured, if it bends by more than points err.
-std::optional<Vec6> BentWayBack(const IcpOptions& options, const Descent& descent,
-                                const Pose3& X_ik, const FreeDirections& free) {
+template <int D>
+std::optional<Vec6> BentWayBack(const IcpOptions& options, const Descent<D>& descent,
+                                const Pose3& X_ik, const FreeDirections<D>& free) {
   if (!descent.usable || descent.directions.degenerate == 0) return std::nullopt;
   const Vec6 back = WayBackAlongUnmeasured(descent, X_ik, free);
   return BendOf(back) > options.point_sigma_m ? std::optional(back) : std::nullopt;
@@ -263,6 +300,53 @@ std::optional<Vec6> BentWayBack(const IcpOptions& options, const Descent& descen
 /// Whether noise alone may tilt a level surface as far.
 bool MayBeLevel(const LocalPlane& plane, double point_sigma_m) {
   return plane.normal.head<2>().squaredNorm() <= ChiSquare99(2) * plane.TiltVariance(point_sigma_m);
+}
+
+template <int D>
+IcpResult RegisterIn(const FreeDirections<D>& free, const IcpOptions& options,
+                     const RegistrationCloud& target, const RegistrationCloud& source,
+                     const Pose3& initial_X_ik) {
+  IcpResult result;
+  result.X_ik = initial_X_ik;
+  if (target.size() < kMinCorrespondences || source.size() < kMinCorrespondences) return result;
+  Descent<D> descent =
+      Descend(options, target, source, initial_X_ik, options.start_distance_m, free);
+  // What nothing holds in the end may have been held, wrongly, by what was taken for partners in
+  // the beginning.
+  std::optional<Vec6> back = BentWayBack(options, descent, initial_X_ik, free);
+  for (int tries = 0; back && tries < kMaxWaysBack; ++tries) {
+    descent =
+        Descend(options, target, source, descent.X_ik * Exp(*back), options.end_distance_m, free);
+    back = BentWayBack(options, descent, initial_X_ik, free);
+  }
+  result.X_ik = descent.X_ik;
+  result.iterations = descent.iterations;
+  if (!descent.usable || back) return result;
+  const Linearisation<D>& at = descent.at;
+  const Directions<D>& directions = descent.directions;
+
+  result.usable = true;
+  result.correspondences = at.correspondences;
+  result.overlap = at.correspondences / static_cast<double>(UsedPoints(options, source));
+  result.rmse_m = std::sqrt(at.squares / at.weights);
+  result.degenerate_directions = directions.degenerate;
+  result.signal_to_noise.assign(directions.signal_to_noise.begin(),
+                                directions.signal_to_noise.end());
+  const Columns<6> measured = free.Basis() * directions.measured;
+  const Eigen::Matrix<double, 6, D> gain = free.Basis() * directions.gain;
+  // What each point errs for itself is little, but all there is where one patch is all there is.
+  const Matrix<D> errors =
+      SharedErrors(options, target, source, result.X_ik, free, measured.cols()) +
+      options.point_sigma_m * options.point_sigma_m * at.H;
+  const Mat6 known = gain * errors * gain.transpose();
+  // What is not measured has the variance of something unknowable.
+  constexpr double kUnknowable = 1e6;
+  const Columns<6> span = SpanOf(measured);
+  const Mat6 unknown = kUnknowable * (Mat6::Identity() - span * span.transpose());
+  const Vec6 unscale = free.unscale();
+  result.covariance = unscale.asDiagonal() * (known + unknown) * unscale.asDiagonal();
+  result.basis = SpanOf(unscale.cwiseInverse().asDiagonal() * measured);
+  return result;
 }
 
 }  // namespace
@@ -285,47 +369,11 @@ RegistrationCloud CloudFor(const IcpOptions& options, std::vector<Vec3> points,
 
 IcpResult Register(const IcpOptions& options, const RegistrationCloud& target,
                    const RegistrationCloud& source, const Pose3& initial_X_ik) {
-  IcpResult result;
-  result.X_ik = initial_X_ik;
-  if (target.size() < kMinCorrespondences || source.size() < kMinCorrespondences) return result;
-  const FreeDirections free(options.freedom, source.radius_m());
-  Descent descent = Descend(options, target, source, initial_X_ik, options.start_distance_m, free);
-  // What nothing holds in the end may have been held, wrongly, by what was taken for partners in
-  // the beginning.
-  std::optional<Vec6> back = BentWayBack(options, descent, initial_X_ik, free);
-  for (int tries = 0; back && tries < kMaxWaysBack; ++tries) {
-    descent =
-        Descend(options, target, source, descent.X_ik * Exp(*back), options.end_distance_m, free);
-    back = BentWayBack(options, descent, initial_X_ik, free);
-  }
-  result.X_ik = descent.X_ik;
-  result.iterations = descent.iterations;
-  if (!descent.usable || back) return result;
-  const Linearisation& at = descent.at;
-  const Directions& directions = descent.directions;
-
-  result.usable = true;
-  result.correspondences = at.correspondences;
-  result.overlap = at.correspondences / static_cast<double>(UsedPoints(options, source));
-  result.rmse_m = std::sqrt(at.squares / at.weights);
-  result.degenerate_directions = directions.degenerate;
-  result.signal_to_noise.assign(directions.signal_to_noise.begin(),
-                                directions.signal_to_noise.end());
-  const Eigen::MatrixXd measured = free.basis * directions.measured;
-  const Eigen::MatrixXd gain = free.basis * directions.gain * free.basis.transpose();
-  // What each point errs for itself is little, but all there is where one patch is all there is.
-  const Mat6 errors =
-      SharedErrors(options, target, source, result.X_ik, free.radius_m, measured.cols()) +
-      options.point_sigma_m * options.point_sigma_m * at.H;
-  const Mat6 known = gain * errors * gain.transpose();
-  // What is not measured has the variance of something unknowable.
-  constexpr double kUnknowable = 1e6;
-  const Eigen::MatrixXd span = SpanOf(measured);
-  const Mat6 unknown = kUnknowable * (Mat6::Identity() - span * span.transpose());
-  const Vec6 unscale = free.unscale();
-  result.covariance = unscale.asDiagonal() * (known + unknown) * unscale.asDiagonal();
-  result.basis = SpanOf(unscale.cwiseInverse().asDiagonal() * measured);
-  return result;
+  const auto in = [&](auto free) {
+    return RegisterIn(free, options, target, source, initial_X_ik);
+  };
+  if (options.freedom == IcpFreedom::kFull) return in(FreeDirections<6>{source.radius_m()});
+  return in(FreeDirections<3>{source.radius_m()});
 }
 
 }  // namespace vog

@@ -92,12 +92,13 @@ struct IcpResult {
 RegistrationCloud CloudFor(const IcpOptions& options, std::vector<Vec3> points,
                            const Vec3& seen_from);
 
-/// Point-to-plane ICP, coarse to fine, from `initial_X_ik`. Directions in which the clouds do not
-/// hold each other keep their initial value (solution remapping of Zhang, Kaess and Singh 2016).
-/// Where far correspondences held at first what the last ones do not, and the way along it bends
-/// by more than point_sigma_m, the result goes back along it to near the start and is refined from
-/// there: a constraint that leaves a direction free is linear about its measured pose, and must not
-/// be measured from the other side of a pillar. What leaves again and again is not usable.
+/// Point-to-plane ICP, coarse to fine, from `initial_X_ik`; while correspondences reach farther
+/// than end_distance_m, with a quarter of the points. Directions in which the clouds do not hold
+/// each other keep their initial value (solution remapping of Zhang, Kaess and Singh 2016). Where
+/// far correspondences held at first what the last ones do not, and the way along it bends by more
+/// than point_sigma_m, the result goes back along it to near the start and is refined from there: a
+/// constraint that leaves a direction free is linear about its measured pose, and must not be
+/// measured from the other side of a pillar. What leaves again and again is not usable.
 ///
 /// Which those are is told from the noise of the normals. With J_n the row of a correspondence with
 /// the normal n, H = sum J_n^T J_n would grow by N = sum v (J_t^T J_t + J_s^T J_s) if the normals

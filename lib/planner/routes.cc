@@ -22,7 +22,7 @@ Routes::Routes(const PlannerOptions& options, const MotionLimits& limits,
     : limits_(limits), free_(options.collision_rules(), box_W, kSpacing_m) {}
 
 bool Routes::IsRefused(int from, int to) const {
-  if (refusals_.empty()) return false;
+  if (!has_refusals_[static_cast<std::size_t>(to)]) return false;
   const auto refusal = refusals_.find(std::minmax(from, to));
   return refusal != refusals_.end() && refusal->second.until_search > searches_;
 }
@@ -32,6 +32,8 @@ void Routes::Refuse(int from, int to) {
     reached_.front().arc = 1u << HeadingOfYaw(at_.yaw_rad);  // No turns on the spot.
     return;
   }
+  has_refusals_[static_cast<std::size_t>(to)] = true;
+  if (from >= 0) has_refusals_[static_cast<std::size_t>(from)] = true;
   Refusal& refusal = refusals_[std::minmax(from, to)];
   // The vehicle's own place is another one soon.
   const int doublings = from < 0 ? 0 : std::min(refusal.times++, kMaxDoublings);
@@ -46,6 +48,7 @@ void Routes::Search(const OccupancyMap& map, const CollisionChecker& checker, co
   at_ = at;
   ++searches_;
   free_.Update(map, checker);
+  has_refusals_.resize(static_cast<std::size_t>(free_.places()), false);
   ConnectVehicle(map, checker);
   FindReached();
 }
@@ -63,8 +66,13 @@ void Routes::FindReached() {
   std::priority_queue<Open, std::vector<Open>, std::greater<>> queue;
   for (std::size_t i = 0; i < opened.size(); ++i)
     if (!IsRefused(-1, opened[i].place)) queue.push({opened[i].time_s, static_cast<int>(i)});
-  // Headings of each place that were reached already.
+  // Headings of each place that were reached already, and the arc that was opened there last.
   std::vector<HeadingSet> done(static_cast<std::size_t>(free_.places()), 0);
+  struct Arc {
+    HeadingSet arc = 0;
+    double time_s = 0;
+  };
+  std::vector<Arc> newest(done.size());
   std::vector<int> neighbours;
   while (!queue.empty()) {
     const Reached here = opened[static_cast<std::size_t>(queue.top().number)];
@@ -85,6 +93,9 @@ void Routes::FindReached() {
       while (left != 0) {
         const HeadingSet arc = ArcAround(set, std::countr_zero(left));
         left &= ~arc;
+        Arc& known = newest[static_cast<std::size_t>(next)];
+        if (known.arc == arc && known.time_s <= time_s) continue;  // It would come too late.
+        known = {arc, time_s};
         queue.push({time_s, static_cast<int>(opened.size())});
         opened.push_back({next, arc, time_s, index});
       }

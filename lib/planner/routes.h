@@ -65,6 +65,7 @@ class Routes {
   std::vector<Reached> reached_;
   std::vector<Reached> starts_;                      // Places next to the vehicle.
   std::map<std::pair<int, int>, Refusal> refusals_;  // By the places that a step joins.
+  std::vector<bool> has_refusals_;                   // By place: whether it is in any of these.
   int searches_ = 0;
 };
 

@@ -153,7 +153,10 @@ void FreePlaces::ReadChanges(const OccupancyMap& map, const CollisionChecker& ch
   const auto add = [&](const Eigen::AlignedBox3d& box_W) {
     if (box_W.isEmpty()) return;
     const VoxelBox box = Intersection(VoxelsOf(*grid_, box_W), voxels_);
-    if (box.IsEmpty()) return;
+    const auto holds_it = [&](const VoxelBox& other) {
+      return other.Contains(box.min) && other.Contains(box.max);
+    };
+    if (box.IsEmpty() || std::any_of(boxes.begin(), boxes.end(), holds_it)) return;
     boxes.push_back(box);
     count += box.count();
   };

@@ -83,6 +83,8 @@ float SubmapMap::DirectLogOddsAt(const Vec3& p_W) const {
 void SubmapMap::NoteChanged(const Eigen::AlignedBox3d& box_W) {
   constexpr std::size_t kMost = 4096;
   if (box_W.isEmpty()) return;
+  // The open submap grows with every scan.
+  while (!changed_.empty() && box_W.contains(changed_.back().box_W)) changed_.pop_back();
   changed_.push_back({revision_, box_W});
   if (changed_.size() <= kMost) return;
   told_from_ = changed_.front().revision;

@@ -236,8 +236,18 @@ TEST_F(VogMapTest, TellsWhereItHasChanged) {
   EXPECT_GT(changed, 100);
   EXPECT_GT(unchanged, 100);
   EXPECT_TRUE(dut_.ChangedSince(dut_.revision())->empty());
-  for (int i = 0; i < 6000; ++i) dut_.NoteOpenGrew();
+  for (int i = 0; i < 6000; ++i) Move({i % 8});
   EXPECT_FALSE(dut_.ChangedSince(0).has_value());
+}
+
+TEST_F(VogMapTest, AnOpenSubmapThatGrowsHasChangedOneBox) {
+  SetOpen();
+  const std::int64_t revision = dut_.revision();
+  for (int i = 0; i < 100; ++i) GrowOpen();
+  const auto boxes_W = dut_.ChangedSince(revision);
+  ASSERT_TRUE(boxes_W.has_value());
+  EXPECT_EQ(boxes_W->size(), 1u);
+  EXPECT_TRUE(boxes_W->front().contains(dut_.Bounds()));
 }
 
 TEST_F(VogMapTest, WhatIsNotFreeInABox) {

@@ -37,6 +37,14 @@ struct VoxelBox {
     return static_cast<std::size_t>(
         (std::int64_t{key.z - min.z} * size_y() + (key.y - min.y)) * size_x() + (key.x - min.x));
   }
+  /// The inverse of IndexOf(). @pre index < count().
+  VoxelKey KeyOf(std::size_t index) const {
+    const auto i = static_cast<std::int64_t>(index);
+    const std::int64_t row = i / size_x();
+    return {min.x + static_cast<std::int32_t>(i % size_x()),
+            min.y + static_cast<std::int32_t>(row % size_y()),
+            min.z + static_cast<std::int32_t>(row / size_y())};
+  }
 };
 
 /// What both hold; empty where they do not meet.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <numbers>
 #include <utility>
@@ -178,29 +179,46 @@ void FreePlaces::ReadChanges(const OccupancyMap& map, const CollisionChecker& ch
 
 void FreePlaces::Read(const OccupancyMap& map, const CollisionChecker& checker,
                       const VoxelBox& box) {
-  std::vector<float> log_odds;
-  map.LogOddsIn(box, log_odds);
-  std::size_t i = 0;
-  ForEachVoxel(box, [&](const VoxelKey& key) {
+  const State unknown = checker.rules().unknown_blocks ? kUnknown : kFree;
+  const auto state_of = [&](float answer) {
+    return map.IsFree(answer) ? kFree : map.IsOccupied(answer) ? kOccupied : unknown;
+  };
+  // A slab of a VogMap's blocks at a time, which the processor's caches hold.
+  constexpr std::int32_t kSlab = 8;
+  VoxelBox slab = box;
+  for (; slab.min.z <= box.max.z; slab.min.z = slab.max.z + 1) {
+    slab.max.z = std::min(box.max.z, slab.min.z | (kSlab - 1));
+    map.LogOddsIn(slab, log_odds_);
+    auto row = log_odds_.begin();
+    for (std::int32_t z = slab.min.z; z <= slab.max.z; ++z)
+      for (std::int32_t y = slab.min.y; y <= slab.max.y; ++y, row += slab.size_x())
+        std::transform(row, row + slab.size_x(), &states_[voxels_.IndexOf({slab.min.x, y, z})],
+                       state_of);
+  }
+  FreeWhatTheCheckerFrees(checker, checker.PresenceBounds(), box);
+  for (const FreeBubble& bubble : checker.bubbles())
+    FreeWhatTheCheckerFrees(checker, bubble.bounds_W(), box);
+}
+
+void FreePlaces::FreeWhatTheCheckerFrees(const CollisionChecker& checker,
+                                         const Eigen::AlignedBox3d& bounds_W, const VoxelBox& box) {
+  if (bounds_W.isEmpty()) return;
+  ForEachVoxel(Intersection(VoxelsOf(*grid_, bounds_W), box), [&](const VoxelKey& key) {
     State& state = states_[voxels_.IndexOf(key)];
-    const float answer = log_odds[i++];
-    if (map.IsFree(answer)) {
+    if (state != kFree && checker.TakesForFree(state == kOccupied, grid_->CenterOf(key)))
       state = kFree;
-      return;
-    }
-    const bool is_occupied = map.IsOccupied(answer);
-    state = checker.TakesForFree(is_occupied, grid_->CenterOf(key)) ? kFree
-            : is_occupied                                           ? kOccupied
-                                                                    : kUnknown;
   });
 }
 
 void FreePlaces::FindOccupied(const OccupancyMap& map, const CollisionRules& rules) {
   std::vector<VoxelKey> keys;
-  std::size_t i = 0;
-  ForEachVoxel(voxels_, [&](const VoxelKey& key) {
-    if (states_[i++] == kOccupied) keys.push_back(key);
-  });
+  const State* const end = states_.data() + states_.size();
+  const auto next = [&](const State* from) {
+    return static_cast<const State*>(
+        std::memchr(from, kOccupied, static_cast<std::size_t>(end - from)));
+  };
+  for (const State* at = next(states_.data()); at != nullptr; at = next(at + 1))
+    keys.push_back(voxels_.KeyOf(static_cast<std::size_t>(at - states_.data())));
   std::vector<float> sigma_m(keys.size(), 0);
   if (rules.uncertainty_sigmas * map.max_sigma_m() > 0) map.SigmaOf(keys, sigma_m);
   occupied_.clear();

@@ -75,6 +75,9 @@ class FreePlaces {
   void SetRules(const CollisionRules& rules);
   void ReadChanges(const OccupancyMap& map, const CollisionChecker& checker);
   void Read(const OccupancyMap& map, const CollisionChecker& checker, const VoxelBox& box);
+  /// What the map says is there inside the vehicle's hull, and unknown water around the starts.
+  void FreeWhatTheCheckerFrees(const CollisionChecker& checker, const Eigen::AlignedBox3d& bounds_W,
+                               const VoxelBox& box);
   void FindOccupied(const OccupancyMap& map, const CollisionRules& rules);
   void MarkNeighbours();
   void DrawLevel(int level);
@@ -101,6 +104,7 @@ class FreePlaces {
   std::int64_t revision_ = -1;
   Eigen::AlignedBox3d hidden_W_;  // Where the vehicle hid what the map says.
   std::vector<FreeBubble> bubbles_;
+  std::vector<float> log_odds_;  // Scratch.
   mutable std::vector<HeadingSet> headings_;
   mutable std::vector<bool> has_headings_;
 };

@@ -48,6 +48,19 @@ VoxelKey VoxelOf(const VoxelKey& block, int index) {
           block.z * kBlockSide + offset.z};
 }
 
+/// Calls `visit(block, part)` for each block that meets `box`: the part of the box in it, relative
+/// to its corner.
+template <class Visit>
+void ForEachBlockIn(const VoxelBox& box, Visit visit) {
+  constexpr VoxelBox kBlock{{0, 0, 0}, {kBlockSide - 1, kBlockSide - 1, kBlockSide - 1}};
+  ForEachVoxel(VoxelBox{BlockKeyOf(box.min), BlockKeyOf(box.max)}, [&](const VoxelKey& key) {
+    const VoxelKey corner = VoxelOf(key, 0);
+    const VoxelBox seen{{box.min.x - corner.x, box.min.y - corner.y, box.min.z - corner.z},
+                        {box.max.x - corner.x, box.max.y - corner.y, box.max.z - corner.z}};
+    visit(key, Intersection(seen, kBlock));
+  });
+}
+
 /// The answer for each number of units, unknown's first.
 constexpr std::array<float, 256> kAnswers = [] {
   std::array<float, 256> answers{};
@@ -451,25 +464,26 @@ void VogMap::LogOddsOf(std::span<const VoxelKey> voxels, std::span<float> log_od
 }
 
 void VogMap::LogOddsIn(const VoxelBox& box, std::vector<float>& log_odds) const {
-  ReadBox(box, log_odds,
-          [this](const VoxelKey& voxel) { return AnswerOf(cache_->UnitsOf(voxel)); });
+  log_odds.resize(box.count());
+  ForEachBlockIn(box, [&](const VoxelKey& key, const VoxelBox& part) {
+    Cache::Block& block = cache_->BlockOf(key);
+    const VoxelKey corner = VoxelOf(key, 0);
+    for (int z = part.min.z; z <= part.max.z; ++z)
+      for (int y = part.min.y; y <= part.max.y; ++y) {
+        const std::size_t row = box.IndexOf({corner.x + part.min.x, corner.y + y, corner.z + z});
+        const int index = IndexInBlock(VoxelKey{part.min.x, y, z});
+        for (int x = 0; x < part.size_x(); ++x)
+          log_odds[row + static_cast<std::size_t>(x)] = AnswerOf(cache_->UnitsOf(block, index + x));
+      }
+  });
 }
 
 void VogMap::NotFreeIn(const VoxelBox& box, std::vector<VoxelAnswer>& voxels) const {
   voxels.clear();
-  const VoxelBox blocks{BlockKeyOf(box.min), BlockKeyOf(box.max)};
-  ForEachVoxel(blocks, [&](const VoxelKey& key) {
-    const VoxelKey corner = VoxelOf(key, 0);
-    const auto first = [](std::int32_t min, std::int32_t origin) {
-      return std::max(0, min - origin);
-    };
-    const auto last = [](std::int32_t max, std::int32_t origin) {
-      return std::min(kBlockSide - 1, max - origin);
-    };
-    const std::uint64_t mask = SliceMask(first(box.min.x, corner.x), last(box.max.x, corner.x),
-                                         first(box.min.y, corner.y), last(box.max.y, corner.y));
+  ForEachBlockIn(box, [&](const VoxelKey& key, const VoxelBox& part) {
+    const std::uint64_t mask = SliceMask(part.min.x, part.max.x, part.min.y, part.max.y);
     Cache::Block& block = cache_->BlockOf(key);
-    for (int z = first(box.min.z, corner.z); z <= last(box.max.z, corner.z); ++z)
+    for (int z = part.min.z; z <= part.max.z; ++z)
       for (std::uint64_t left = cache_->NotFreeIn(block, z, mask); left != 0; left &= left - 1) {
         const int index = z * kSlice + std::countr_zero(left);
         voxels.push_back(

@@ -34,6 +34,7 @@ int HeadingOfYaw(double yaw_rad) {
 }
 
 HeadingSet ArcAround(HeadingSet set, int heading) {
+  if (set == kAllHeadings) return set;
   HeadingSet arc = set & (1u << heading);
   for (HeadingSet grown = arc;; arc = grown) {
     grown = (arc | Turned(arc) | TurnedBack(arc)) & set;

@@ -187,6 +187,7 @@ TYPED_TEST(OccupancyMapTest, AVoxelsAnswerIsThatAtItsCentreHoweverItIsAsked) {
   for (std::size_t i = 0; i < voxels.size(); ++i) {
     ASSERT_PRED2(IsSameAnswer, of_voxels[i], at_centers[i]);
     ASSERT_PRED2(IsSameAnswer, in_box[box.IndexOf(voxels[i])], at_centers[i]);
+    ASSERT_EQ(box.KeyOf(box.IndexOf(voxels[i])), voxels[i]);
     ASSERT_PRED2(IsSameAnswer, AnswerOf(this->dut_, voxels[i]), at_centers[i]) << "asked alone";
     known += IsKnown(at_centers[i]);
   }

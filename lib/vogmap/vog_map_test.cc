@@ -318,7 +318,8 @@ TEST_F(VogMapTest, BoxesReadTheSameAsTheirVoxels) {
   std::vector<float> box_answers = {1, 2, 3};  // What was there is replaced.
   for (int i = 0; i < 10; ++i) {
     const VoxelKey a = RandomVoxel(random_);
-    const VoxelBox box{a, {a.x + random_.Index(20), a.y + random_.Index(20), a.z}};
+    const VoxelBox box{a,
+                       {a.x + random_.Index(20), a.y + random_.Index(20), a.z + random_.Index(12)}};
     dut_.LogOddsIn(box, box_answers);
     ASSERT_EQ(box_answers.size(), box.count());
     ForEachVoxel(box, [&](const VoxelKey& voxel) {

@@ -131,9 +131,13 @@ bool Explorer::KeepLessDistance(const OccupancyMap& map, const Waypoint& at) {
   return true;
 }
 
+bool Explorer::MayWallsBeElsewhere(const OccupancyMap& map) const {
+  return options_.uncertainty_sigmas * map.max_sigma_m() >= map.grid().voxel_size_m();
+}
+
 bool Explorer::IsHemmedIn(const OccupancyMap& map, const CollisionChecker& checker,
                           const Waypoint& at) {
-  if (options_.uncertainty_sigmas * map.max_sigma_m() < map.grid().voxel_size_m()) return false;
+  if (!MayWallsBeElsewhere(map)) return false;
   routes_->Search(map, checker, at);
   return routes_->reached().size() == 1;
 }
@@ -301,6 +305,10 @@ void Explorer::MakePlan(const OccupancyMap& map, const Waypoint& at) {
   if (LeaveTightPlace(map, at, &Explorer::BackOut)) return;
   if (++failures_ <= kMaxFailures) {
     if (LeaveTightPlace(map, at, &Explorer::Escape)) return;
+    // By turns: a step helps where it is tight, a turn where too little was seen.
+    if (failures_ % 2 == 1 && MayWallsBeElsewhere(map) &&
+        LeaveTightPlace(map, at, &Explorer::TurnOn))
+      return;
     if (LeaveTightPlace(map, at, &Explorer::StepAside)) return;
     SetPlan({at}, PlanKind::kHold);  // The next scans may clear what is in the way.
   } else if (state_ == ExplorerState::kReturning) {
@@ -658,6 +666,20 @@ bool Explorer::Escape(const OccupancyMap& map, const Waypoint& at,
 bool Explorer::StepAside(const OccupancyMap& map, const Waypoint& at,
                          const CollisionChecker& checker) {
   return SetWayToRoom(map, at, checker, 0, 0);
+}
+
+bool Explorer::TurnOn(const OccupancyMap& map, const Waypoint& at,
+                      const CollisionChecker& checker) {
+  constexpr double kTurn_rad = std::numbers::pi / 4;
+  for (int way_round = 0; way_round < 2; ++way_round) {
+    const Waypoint turned{at.position_W_m, WrapAngle(at.yaw_rad + turn_sign_ * kTurn_rad)};
+    if (checker.IsEdgeFree(map, at, turned)) {
+      SetWayBack(map, checker, {at, turned});
+      return true;
+    }
+    turn_sign_ = -turn_sign_;
+  }
+  return false;
 }
 
 bool Explorer::SetWayToRoom(const OccupancyMap& map, const Waypoint& at,

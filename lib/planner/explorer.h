@@ -174,6 +174,10 @@ class Explorer {
   bool Escape(const OccupancyMap& map, const Waypoint& at, const CollisionChecker& checker);
   /// To any place with more room than here.
   bool StepAside(const OccupancyMap& map, const Waypoint& at, const CollisionChecker& checker);
+  /// An eighth of a turn, always the same way round as long as there is room for it: the fan is
+  /// thin, and where all that it has shown is too little to go anywhere, the way out lies
+  /// elsewhere.
+  bool TurnOn(const OccupancyMap& map, const Waypoint& at, const CollisionChecker& checker);
   /// To the roomiest place of a tree: roomier than here, at least `least_m` away and with
   /// `least_share` of the clearances.
   bool SetWayToRoom(const OccupancyMap& map, const Waypoint& at, const CollisionChecker& checker,
@@ -205,6 +209,8 @@ class Explorer {
   void SetDistance(double share);
   /// Whether all of that distance closes most of the known water around the vehicle.
   bool IsWalledIn(const OccupancyMap& map, const Waypoint& at);
+  /// Whether the map may be wrong by a voxel about where its walls are, seen from the vehicle.
+  bool MayWallsBeElsewhere(const OccupancyMap& map) const;
   /// Whether no place but its own can be reached, by a map whose walls are not where they were.
   bool IsHemmedIn(const OccupancyMap& map, const CollisionChecker& checker, const Waypoint& at);
   /// Less distance for a while, if nothing is left to gain because the vehicle is walled in by it,
@@ -258,6 +264,7 @@ class Explorer {
   int set_distance_at_ = 0;    // Submaps there were then.
   int failures_ = 0;           // Plans in a row that led nowhere, not even back.
   int ways_home_ = 0;          // Begun.
+  int turn_sign_ = 1;          // The way round of the last TurnOn().
   double unseen_at_home_ = std::numeric_limits<double>::infinity();  // At the last second look.
 };
 

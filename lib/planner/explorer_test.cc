@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "lib/planner/chamber_testing.h"
 
 namespace vog {
@@ -641,6 +643,26 @@ TEST_F(CoverageTest, WaitsWhereWallsThatAreElsewhereHemItIn) {
     EXPECT_EQ(explorer_->end_reason(), "nothing_to_gain");
     EXPECT_LT(UnknownShare(), 0.1);
   }
+}
+
+TEST_F(CoverageTest, TurnsRoundWhereItIsHemmedIn) {
+  known_.SetSigma(0.15);
+  const VoxelKey middle = known_.grid().KeyOf(kStart.position_W_m);
+  const auto around = [&](int n) {
+    return VoxelBox{{middle.x - n, middle.y - n, middle.z - n},
+                    {middle.x + n, middle.y + n, middle.z + n}};
+  };
+  known_.Fill(around(4), GridMap::kOccupied);
+  known_.Fill(around(3), GridMap::kFree);
+  std::set<int> headings;
+  for (int i = 0; i < 25; ++i) {
+    const Plan* plan = Update(3);
+    if (plan == nullptr) continue;
+    at_ = plan->path.back();
+    headings.insert(HeadingOfYaw(at_.yaw_rad));
+  }
+  EXPECT_EQ(explorer_->state(), ExplorerState::kExploring);
+  EXPECT_GE(headings.size(), 8u) << "an eighth of a turn at a time, all round";
 }
 
 TEST_F(CoverageTest, FeelsItsWayHomeWhereWhatIsUncertainClosesAllWays) {

@@ -346,6 +346,11 @@ class CoverageTest : public ExplorerTest {
     Look(truth_, sonar_, at_.X_WB(), known_);
     if (left_m <= kStep_m) route_.erase(route_.begin());
   }
+  /// The start's voxel and `n` to all sides.
+  VoxelBox AroundStart(int n) const {
+    const VoxelKey middle = known_.grid().KeyOf(kStart.position_W_m);
+    return {{middle.x - n, middle.y - n, middle.z - n}, {middle.x + n, middle.y + n, middle.z + n}};
+  }
   std::vector<Waypoint> route_;  // What is left of the plan.
   double ToStart_m() const { return (at_.position_W_m - kStart.position_W_m).norm(); }
 };
@@ -627,18 +632,13 @@ TEST_F(CoverageTest, WaitsWhereWallsThatAreElsewhereHemItIn) {
     Restart();
     route_.clear();
     known_.SetSigma(sigma_m);
-    const VoxelKey middle = known_.grid().KeyOf(kStart.position_W_m);
-    const auto around = [&](int n) {
-      return VoxelBox{{middle.x - n, middle.y - n, middle.z - n},
-                      {middle.x + n, middle.y + n, middle.z + n}};
-    };
-    known_.Fill(around(3), GridMap::kOccupied);
-    known_.Fill(around(2), GridMap::kFree);
+    known_.Fill(AroundStart(3), GridMap::kOccupied);
+    known_.Fill(AroundStart(2), GridMap::kFree);
     for (int i = 0; i < 20; ++i) Update();
     EXPECT_EQ(explorer_->state() == ExplorerState::kFinished, sigma_m == 0);
     if (sigma_m == 0) continue;
     // The scans have shown where they are.
-    ForEachVoxel(around(3), [&](const VoxelKey& key) { known_.Set(key, truth_.Get(key)); });
+    ForEachVoxel(AroundStart(3), [&](const VoxelKey& key) { known_.Set(key, truth_.Get(key)); });
     FlyToTheEnd();
     EXPECT_EQ(explorer_->end_reason(), "nothing_to_gain");
     EXPECT_LT(UnknownShare(), 0.1);
@@ -647,13 +647,8 @@ TEST_F(CoverageTest, WaitsWhereWallsThatAreElsewhereHemItIn) {
 
 TEST_F(CoverageTest, TurnsRoundWhereItIsHemmedIn) {
   known_.SetSigma(0.15);
-  const VoxelKey middle = known_.grid().KeyOf(kStart.position_W_m);
-  const auto around = [&](int n) {
-    return VoxelBox{{middle.x - n, middle.y - n, middle.z - n},
-                    {middle.x + n, middle.y + n, middle.z + n}};
-  };
-  known_.Fill(around(4), GridMap::kOccupied);
-  known_.Fill(around(3), GridMap::kFree);
+  known_.Fill(AroundStart(4), GridMap::kOccupied);
+  known_.Fill(AroundStart(3), GridMap::kFree);
   std::set<int> headings;
   for (int i = 0; i < 25; ++i) {
     const Plan* plan = Update(3);

@@ -4,11 +4,10 @@ import os
 import shutil
 import signal
 import subprocess
-import time
 import unittest
 
-from vog_testing import (BIN, INPUTS, IS_SANITIZED, TIMEOUT_S, LiveMissionTest, children_of, config,
-                         vog)
+from vog_testing import (BIN, INPUTS, IS_SANITIZED, TIMEOUT_S, LiveMissionTest, catches, children_of,
+                         config, vog)
 
 PROGRAMS = ("vog-planner", "vog-controller", "vog-slam", "vog-map-service", "vog-sonar-reader",
             "vog-nav-bridge")
@@ -65,14 +64,13 @@ class LiveTest(LiveMissionTest):
              f"mission.max_submaps={submaps}", "--set", f"map.directory='{played}'"],
             stderr=subprocess.PIPE, text=True) for program in PROGRAMS]
         try:
-            time.sleep(1)  # lcm-logplayer cannot be told when they are ready.
+            for process in processes:
+                self.wait_for(lambda: catches(process.pid, signal.SIGINT), process)
             subprocess.run(["lcm-logplayer", f"--speed={self.SPEED}", f"--lcm-url={self.url}",
                             f"--regexp={INPUTS}", flown / "lcm.log"], check=True,
                            stdout=subprocess.DEVNULL, timeout=TIMEOUT_S)
-            end = time.monotonic() + 60
-            while len(list((played / "submaps").glob("*.ot"))) < submaps:
-                self.assertLess(time.monotonic(), end)
-                time.sleep(0.1)
+            self.wait_for(lambda: len(list((played / "submaps").glob("*.ot"))) >= submaps,
+                          processes[0], limit_s=300)
         finally:
             for process in processes:
                 process.send_signal(signal.SIGINT)

@@ -13,7 +13,7 @@ import time
 import unittest
 import zipfile
 
-from vog_testing import BIN, VogTest, config, free_url, may_mount, vog
+from vog_testing import BIN, VogTest, catches, config, free_url, may_mount, vog
 
 LCM_JARS = (*map(pathlib.Path, os.environ.get("CLASSPATH", "").split(":")),
             pathlib.Path("/usr/share/java/lcm.jar"))
@@ -63,7 +63,7 @@ class OperateTest(VogTest):
 
     def record(self, *arguments, **options):
         recorder = self.start("log", "record", "--out", self.folder / "x.log", *arguments, **options)
-        time.sleep(1)  # It says nothing when it listens.
+        self.wait_for(lambda: catches(recorder.pid, signal.SIGINT))
         return recorder
 
     def test_what_is_played_is_recorded(self):

@@ -67,6 +67,13 @@ def children_of(pid):
     return found
 
 
+def catches(pid, number):
+    """Whether a process handles a signal. Ours handle SIGINT from when they hear their bus."""
+    status = pathlib.Path(f"/proc/{pid}/status").read_text()
+    caught = next(line for line in status.splitlines() if line.startswith("SigCgt:"))
+    return bool(int(caught.split()[1], 16) >> (number - 1) & 1)
+
+
 def may_mount():
     """Whether a small disk can be made that nobody else sees."""
     return subprocess.run(["unshare", "-m", "mount", "-t", "tmpfs", "none", "/mnt"],
@@ -120,6 +127,6 @@ class LiveMissionTest(VogTest):
     def wait_for(self, what, process, limit_s=TIMEOUT_S):
         end = time.monotonic() + limit_s
         while not what():
-            self.assertIsNone(process.poll(), "the mission ended early")
+            self.assertIsNone(process.poll(), "it ended early")
             self.assertLess(time.monotonic(), end, "waited too long")
             time.sleep(0.02)

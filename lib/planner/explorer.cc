@@ -20,6 +20,9 @@ constexpr Duration kPlanTimeout = std::chrono::seconds(60);
 constexpr double kHistoryStep_m = 0.5;
 constexpr double kHistoryStep_rad = 0.5;
 constexpr double kRevisitProgress_m = 0.3;
+/// While old places are visited, to look again when there are so many times as many submaps as when
+/// nothing was left to gain: what was closed may be open.
+constexpr double kLookAgain = 1.25;
 /// A visit that brings no submap about ends after the time that so many take.
 constexpr double kMaxVisitSubmaps = 4;
 /// A loop was closed when less than this share of what was expected is still to be gained.
@@ -376,6 +379,7 @@ bool Explorer::Explore(const OccupancyMap& map, const Waypoint& at) {
   unseen_ = CountUnseen(map);
   if (mission_.when_done == WhenDone::kRevisit) {
     state_ = ExplorerState::kRevisiting;
+    done_at_ = submaps_;
     SetDistance(1);
   } else {
     EndWith(kNothingToGain, mission_.when_done == WhenDone::kReturn);
@@ -595,6 +599,11 @@ void Explorer::EndVisit() {
 }
 
 bool Explorer::Revisit(const OccupancyMap& map, const Waypoint& at) {
+  if (submaps_ > kLookAgain * done_at_) {
+    state_ = ExplorerState::kExploring;
+    if (Explore(map, at)) return true;
+    if (state_ != ExplorerState::kRevisiting) return false;
+  }
   const auto checker = CheckerFor(map, at);
   if (!checker) return false;
   const TreeContext context{map, *checker, {}};

@@ -46,8 +46,8 @@ enum class ExplorerState {
 /// The path is tested again while it is flown; a hull that finds itself inside its own clearance
 /// after the map has moved backs out along the way it came, or else leaves to any side, with as
 /// much clearance as there is from what is surely where the map shows it. Where the map is
-/// uncertain, paths are flown with the sonar ahead, and a place that offers all clearances comes
-/// first.
+/// uncertain, paths are flown with the sonar ahead, a place that offers all clearances comes
+/// first, and a vehicle that finds no way turns round to see more.
 class Explorer {
  public:
   Explorer(const PlannerOptions& options, const MotionLimits& limits,
@@ -260,6 +260,7 @@ class Explorer {
   std::vector<Passed> history_;  // The way the vehicle came, without what it went back again.
   std::map<int, Pose3> X_WM_;    // As SetSubmaps() was told.
   std::size_t next_revisit_ = 0;
+  int done_at_ = 0;  // Submaps there were when nothing was left to gain.
   double distance_share_ = 1;  // Kept of what uncertainty asks for.
   int set_distance_at_ = 0;    // Submaps there were then.
   int failures_ = 0;           // Plans in a row that led nowhere, not even back.

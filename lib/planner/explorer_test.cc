@@ -716,6 +716,30 @@ TEST_F(CoverageTest, LooksOnceMoreFromHome) {
   EXPECT_LT(UnknownShare(), 0.05);
 }
 
+TEST_F(CoverageTest, LooksAgainWhileItVisitsOldPlaces) {
+  const VoxelBox door = {{4, -20, -12}, {6, 20, 12}};
+  mission_.when_done = WhenDone::kRevisit;
+  mission_.max_submaps = 40;
+  Restart();
+  int ends = 0;
+  ExplorerState before = ExplorerState::kExploring;
+  for (int i = 0; i < 600 && explorer_->state() != ExplorerState::kFinished; ++i) {
+    submaps_ = i / 5;
+    const Plan* plan = Update(3);
+    if (plan != nullptr) Fly(plan->path);
+    const ExplorerState now = explorer_->state();
+    const bool is_end = before == ExplorerState::kExploring && now == ExplorerState::kRevisiting;
+    ends += is_end;
+    before = now;
+    if (ends == 0) known_.Fill(door, GridMap::kOccupied);
+    if (ends == 1 && is_end) known_.Fill(door, kUnknownLogOdds);
+  }
+  EXPECT_GE(ends, 2);
+  EXPECT_LE(ends, 8);
+  EXPECT_EQ(explorer_->end_reason(), "max_submaps");
+  EXPECT_LT(UnknownShare(), 0.05);
+}
+
 TEST_F(CoverageTest, DoesNotLookForEverForWhatCannotBeSeen) {
   // A stretch of water that no scan ever clears.
   sonar_.tilt_rate_deg_s = 70;

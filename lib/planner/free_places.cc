@@ -158,7 +158,9 @@ void FreePlaces::ReadChanges(const OccupancyMap& map, const CollisionChecker& ch
     const auto holds_it = [&](const VoxelBox& other) {
       return other.Contains(box.min) && other.Contains(box.max);
     };
-    if (box.IsEmpty() || std::any_of(boxes.begin(), boxes.end(), holds_it)) return;
+    if (count > voxels_.count() || box.IsEmpty() ||
+        std::any_of(boxes.begin(), boxes.end(), holds_it))
+      return;
     boxes.push_back(box);
     count += box.count();
   };

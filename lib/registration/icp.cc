@@ -82,17 +82,20 @@ struct Correspondence {
   double tilt_variance;  ///< Of the normal in any direction across it [rad^2].
 };
 
-/// Calls `visit` for each correspondence not farther apart than `max_distance_m`.
+/// Calls `visit` for each correspondence not farther apart than `max_distance_m`. Returns how many
+/// points were tried.
 template <class Visit>
-void ForEachCorrespondence(const IcpOptions& options, const RegistrationCloud& target,
-                           const RegistrationCloud& source, const Pose3& X_ik,
-                           double max_distance_m, Visit visit) {
+int ForEachCorrespondence(const IcpOptions& options, const RegistrationCloud& target,
+                          const RegistrationCloud& source, const Pose3& X_ik,
+                          double max_distance_m, Visit visit) {
   const Mat3 R_ik = X_ik.linear();
   // Beyond this a residual counts linearly (Huber).
   const double linear_from_m = 0.5 * max_distance_m;
   const std::size_t used = UsedPoints(options, source);
   const auto stride = static_cast<std::size_t>(StrideAt(options, max_distance_m));
+  int tried = 0;
   for (std::size_t u = 0; u < used; u += stride) {
+    ++tried;
     const std::size_t s = u * source.size() / used;
     const Vec3 p_i = X_ik * source.points()[s];
     const auto nearest = target.NearestWithin(p_i, max_distance_m);
@@ -111,6 +114,7 @@ void ForEachCorrespondence(const IcpOptions& options, const RegistrationCloud& t
         .weight = std::min(1.0, linear_from_m / std::max(std::abs(residual_m), 1e-9)),
         .tilt_variance = plane.TiltVariance(options.point_sigma_m)});
   }
+  return tried;
 }
 
 /// The normal equations of one linearisation, in coordinates whose rotations are scaled to metres.
@@ -121,7 +125,7 @@ struct Linearisation {
   Vector<D> b = Vector<D>::Zero();
   double squares = 0;
   double weights = 0;
-  int correspondences = 0;
+  int tried = 0, correspondences = 0;  ///< Points, and those of them that have a partner.
 };
 
 template <int D>
@@ -129,7 +133,7 @@ Linearisation<D> Linearise(const IcpOptions& options, const RegistrationCloud& t
                            const RegistrationCloud& source, const Pose3& X_ik,
                            double max_distance_m, const FreeDirections<D>& free) {
   Linearisation<D> sum;
-  ForEachCorrespondence(
+  sum.tried = ForEachCorrespondence(
       options, target, source, X_ik, max_distance_m, [&](const Correspondence& c) {
         const Vector<D> J = free.RowOf(c.p_k, c.normal_k);
         sum.H += c.weight * J * J.transpose();
@@ -327,7 +331,7 @@ IcpResult RegisterIn(const FreeDirections<D>& free, const IcpOptions& options,
 
   result.usable = true;
   result.correspondences = at.correspondences;
-  result.overlap = at.correspondences / static_cast<double>(UsedPoints(options, source));
+  result.overlap = at.correspondences / static_cast<double>(at.tried);
   result.rmse_m = std::sqrt(at.squares / at.weights);
   result.degenerate_directions = directions.degenerate;
   result.signal_to_noise.assign(directions.signal_to_noise.begin(),

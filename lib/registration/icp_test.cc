@@ -340,9 +340,13 @@ TEST(IcpTest, OverlapIsTheShareOfTheSourceThatHasAPartner) {
       SampleRectangles({{{-8, -3, -1}, {0, 12, 0}, {0, 0, 2}}}, kSpacing_m, Random(1, "c"));
   source.insert(source.end(), elsewhere.begin(), elsewhere.end());
   const Pair pair(target, source, Pose3::Identity(), 0, 1);
-  const IcpResult result = Register(Options(), pair.target, pair.source, Pose3::Identity());
-  ASSERT_TRUE(result.usable);
-  EXPECT_NEAR(result.overlap, 0.5, 0.05);
+  for (const int iterations : {1, Options().iterations}) {
+    IcpOptions options = Options();
+    options.iterations = iterations;
+    const IcpResult result = Register(options, pair.target, pair.source, Pose3::Identity());
+    ASSERT_TRUE(result.usable);
+    EXPECT_NEAR(result.overlap, 0.5, 0.05) << iterations;
+  }
 }
 
 TEST(IcpTest, DoesNotPutAWallOnItsOwnBack) {

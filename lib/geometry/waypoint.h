@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <vector>
 
 #include "lib/geometry/pose.h"
@@ -24,6 +25,11 @@ inline Waypoint Interpolate(const Waypoint& a, const Waypoint& b, double fractio
 
 inline double LengthOf(const Waypoint& a, const Waypoint& b) {
   return (b.position_W_m - a.position_W_m).norm();
+}
+
+/// But for rounding.
+inline bool IsSame(const Waypoint& a, const Waypoint& b) {
+  return LengthOf(a, b) < 1e-9 && std::abs(WrapAngle(a.yaw_rad - b.yaw_rad)) < 1e-9;
 }
 
 /// What lies within `length_m` of a way's beginning. @pre the way is not empty.

@@ -82,6 +82,7 @@ class GridMap final : public OccupancyMap {
       return unsure_.count(v) > 0;
     });
   }
+  bool IsSure() const override { return !are_all_unsure_ && unsure_.empty(); }
   std::int64_t revision() const override { return revision_; }
 
  private:

@@ -150,6 +150,8 @@ class OccupancyMap {
   /// Whether each of `voxels` was seen by an observation that is surely placed, seen from the
   /// vehicle.
   virtual bool IsSurelyKnown(std::span<const VoxelKey> /*voxels*/) const { return true; }
+  /// Whether all observations are surely placed, so that all is surely known.
+  virtual bool IsSure() const { return true; }
 
   /// Grows whenever an answer may have changed.
   virtual std::int64_t revision() const = 0;

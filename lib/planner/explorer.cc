@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "lib/occupancy/frontiers.h"
+#include "lib/planner/flown_step.h"
 
 namespace vog {
 namespace {
@@ -35,8 +36,6 @@ constexpr int kMaxFailures = 30;
 constexpr double kHome_m = 0.5;
 /// Places near a goal that a way is looked for to.
 constexpr int kPlacesTried = 20;
-/// Of a step that is flown nose first where the map is uncertain.
-constexpr double kNoseFirst_m = 0.3;
 /// Where the clearances are not kept, a place with room for them is looked for this near.
 constexpr double kRoom_m = 3;
 constexpr const char* kNothingToGain = "nothing_to_gain";
@@ -58,21 +57,6 @@ constexpr double kLessDistance = 0.5, kWalledIn = 0.4;
 constexpr int kSubmapsOfLessDistance = 2;
 // Half the clearance that was planned with is the controller's and the drift's to use up.
 constexpr double kFlightShare = 0.5;
-
-/// The heading that turns the sonar to where a step goes; `yaw_rad` if it hardly goes anywhere.
-double HeadingAlong(const Vec3& step_m, double yaw_rad) {
-  if (step_m.head<2>().norm() < kNoseFirst_m) return yaw_rad;
-  return std::atan2(step_m.y(), step_m.x());
-}
-
-bool IsSame(const Waypoint& a, const Waypoint& b) {
-  return LengthOf(a, b) < 1e-9 && std::abs(WrapAngle(a.yaw_rad - b.yaw_rad)) < 1e-9;
-}
-
-/// Adds a waypoint to a path unless it ends there.
-void Append(const Waypoint& to, std::vector<Waypoint>& path) {
-  if (!IsSame(path.back(), to)) path.push_back(to);
-}
 
 }  // namespace
 
@@ -358,9 +342,12 @@ bool Explorer::Explore(const OccupancyMap& map, const Waypoint& at) {
   if (!KeepsAllClearances() && IsUncertain(map) && MakeRoom(map, *checker, at)) return true;
   if (BeginVisit(map, *checker, at)) return true;
   ViewPlan found = planner_->Plan(map, *checker, at);
+  std::vector<Waypoint> path;
   switch (found.outcome) {
     case ViewPlan::Outcome::kGo:
-      SetPlan(Flown(map, *checker, found.path), PlanKind::kPath, std::move(found.tree), found.best);
+      path = FlownPart(map, *checker, found.path);
+      if (path.size() == 1 && !IsSame(path.back(), found.path.back())) return false;
+      SetPlan(std::move(path), PlanKind::kPath, std::move(found.tree), found.best);
       if (HasReached(at)) kind_ = PlanKind::kHold;
       return true;
     case ViewPlan::Outcome::kLookOn:
@@ -387,26 +374,6 @@ bool Explorer::Explore(const OccupancyMap& map, const Waypoint& at) {
   return false;
 }
 
-std::vector<Waypoint> Explorer::Flown(const OccupancyMap& map, const CollisionChecker& checker,
-                                      const std::vector<Waypoint>& path) const {
-  std::vector<Waypoint> flown = {path.front()};
-  for (std::size_t i = 1; i < path.size(); ++i) {
-    const Waypoint &from = path[i - 1], &to = path[i];
-    const double ahead_rad =
-        HeadingAlong(to.position_W_m - from.position_W_m, flown.back().yaw_rad);
-    const Waypoint turned{from.position_W_m, ahead_rad}, there{to.position_W_m, ahead_rad};
-    // At its end it must be possible to turn as the path does.
-    const bool goes_ahead = IsUncertain(map) && !checker.IsSurelyKnown(map, from, to) &&
-                            checker.IsEdgeFree(map, flown.back(), turned) &&
-                            checker.IsEdgeFree(map, turned, there) &&
-                            checker.IsEdgeFree(map, there, to);
-    Append(goes_ahead ? turned : from, flown);
-    Append(goes_ahead ? there : to, flown);
-  }
-  Append(path.back(), flown);
-  return flown;
-}
-
 bool Explorer::MakeRoom(const OccupancyMap& map, const CollisionChecker& checker,
                         const Waypoint& at) {
   routes_->Search(map, checker, at);
@@ -416,7 +383,7 @@ bool Explorer::MakeRoom(const OccupancyMap& map, const CollisionChecker& checker
     const double yaw_rad = YawOfHeading(NearestHeading(reached[i].arc, at.yaw_rad));
     if (!checker_.IsFree(map, {routes_->PositionOf(reached[i]), yaw_rad})) continue;
     const auto way = routes_->RouteTo(map, checker, static_cast<int>(i), yaw_rad);
-    if (way) SetPlan(Flown(map, checker, *way), PlanKind::kPath);
+    if (way) SetPlan(*way, PlanKind::kPath);
     return way.has_value();
   }
   return false;
@@ -474,7 +441,7 @@ bool Explorer::FlyHome(const OccupancyMap& map, const CollisionChecker& checker,
   auto way = WayHome(map, checker, at);
   if (!way) return false;
   if (!KeepsAllClearances()) way = FirstPartOf(*way, options_.max_edge_m);
-  SetPlan(Flown(map, checker, *way), PlanKind::kPath);
+  SetPlan(std::move(*way), PlanKind::kPath);
   return true;
 }
 
@@ -486,8 +453,7 @@ bool Explorer::FeelHome(const OccupancyMap& map, const Waypoint& at) {
       const auto way = WayHome(map, checker, at);
       if (!way) continue;
       KeepInFlight({share, unsure});
-      const auto piece = FirstPartOf(*way, options_.max_edge_m);
-      SetPlan(Flown(map, checker, piece), PlanKind::kWayBack);
+      SetPlan(FirstPartOf(*way, options_.max_edge_m), PlanKind::kWayBack);
       return true;
     }
   }
@@ -540,7 +506,7 @@ bool Explorer::FlyToVisit(const OccupancyMap& map, const CollisionChecker& check
   if (!way) return false;
   // The lattice ends beside the place; the vehicle fitted there once.
   if (checker.IsEdgeFree(map, way->back(), first)) way->push_back(first);
-  SetPlan(Flown(map, checker, *way), PlanKind::kPath);
+  SetPlan(std::move(*way), PlanKind::kPath);
   return true;
 }
 
@@ -613,10 +579,11 @@ bool Explorer::Revisit(const OccupancyMap& map, const Waypoint& at) {
     NbvTree tree(options_, box_W_, at);
     const int node = tree.GrowToward(context, target, options_.tree_nodes, random);
     const double left_m = LengthOf(tree.nodes()[node].at, target);
-    const bool gets_nearer = left_m < LengthOf(at, target) - kRevisitProgress_m;
+    const auto path = FlownPart(map, *checker, tree.BranchTo(node));
+    const bool gets_nearer = left_m < LengthOf(at, target) - kRevisitProgress_m && path.size() > 1;
     if (!gets_nearer || left_m < kRevisitProgress_m) ++next_revisit_;
     if (!gets_nearer) continue;
-    SetPlan(Flown(map, *checker, tree.BranchTo(node)), PlanKind::kPath, tree.nodes(), node);
+    SetPlan(path, PlanKind::kPath, tree.nodes(), node);
     return true;
   }
   return false;
@@ -714,7 +681,12 @@ bool Explorer::SetWayToRoom(const OccupancyMap& map, const Waypoint& at,
 void Explorer::SetWayBack(const OccupancyMap& map, const CollisionChecker& checker,
                           const std::vector<Waypoint>& path, std::vector<TreeNode> tree, int best) {
   planner_->Forget();
-  std::vector<Waypoint> flown = Flown(map, checker, path);
+  std::vector<Waypoint> flown = {path.front()};
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    const auto step = FlownStep(map, checker, flown.back(), path[i - 1], path[i]);
+    for (const Waypoint& to : step.value_or(std::vector{path[i - 1], path[i]})) Append(to, flown);
+  }
+  Append(path.back(), flown);
   // The turn at its end takes longer than the way there, and is worth it for its room alone.
   if (flown.size() > 2 && LengthOf(flown.back(), flown[flown.size() - 2]) < 1e-9 &&
       FreeShareAt(map, flown[flown.size() - 2]) >= FreeShareAt(map, flown.back()))

@@ -46,8 +46,8 @@ enum class ExplorerState {
 /// The path is tested again while it is flown; a hull that finds itself inside its own clearance
 /// after the map has moved backs out along the way it came, or else leaves to any side, with as
 /// much clearance as there is from what is surely where the map shows it. Where the map is
-/// uncertain, paths are flown with the sonar ahead, a place that offers all clearances comes
-/// first, and a vehicle that finds no way turns round to see more.
+/// uncertain, paths are flown with the sonar ahead or not at all, a place that offers all
+/// clearances comes first, and a vehicle that finds no way turns round to see more.
 class Explorer {
  public:
   Explorer(const PlannerOptions& options, const MotionLimits& limits,
@@ -137,11 +137,6 @@ class Explorer {
   bool Explore(const OccupancyMap& map, const Waypoint& at);
   /// To a place nearby that offers all clearances.
   bool MakeRoom(const OccupancyMap& map, const CollisionChecker& checker, const Waypoint& at);
-  /// A path as it is flown. Through water that is not surely known with the sonar turned to where
-  /// each step goes, as far as that is free: what is in the way is seen before it is met, wherever
-  /// older submaps show it.
-  std::vector<Waypoint> Flown(const OccupancyMap& map, const CollisionChecker& checker,
-                              const std::vector<Waypoint>& path) const;
   /// Begins to see a submap again if that is worth its time.
   bool BeginVisit(const OccupancyMap& map, const CollisionChecker& checker, const Waypoint& at);
   /// To where the submap of the visit began.
@@ -189,7 +184,7 @@ class Explorer {
   bool FeelHome(const OccupancyMap& map, const Waypoint& at);
   std::optional<std::vector<Waypoint>> WayHome(const OccupancyMap& map,
                                                const CollisionChecker& checker, const Waypoint& at);
-  /// Flies a path out of a tight place.
+  /// Flies a path out of a tight place; steps that FlownStep() refuses as they are.
   void SetWayBack(const OccupancyMap& map, const CollisionChecker& checker,
                   const std::vector<Waypoint>& path, std::vector<TreeNode> tree = {},
                   int best = -1);
@@ -260,7 +255,7 @@ class Explorer {
   std::vector<Passed> history_;  // The way the vehicle came, without what it went back again.
   std::map<int, Pose3> X_WM_;    // As SetSubmaps() was told.
   std::size_t next_revisit_ = 0;
-  int done_at_ = 0;  // Submaps there were when nothing was left to gain.
+  int done_at_ = 0;            // Submaps there were when nothing was left to gain.
   double distance_share_ = 1;  // Kept of what uncertainty asks for.
   int set_distance_at_ = 0;    // Submaps there were then.
   int failures_ = 0;           // Plans in a row that led nowhere, not even back.

@@ -606,8 +606,7 @@ TEST_F(CoverageTest, FliesNoseFirstWhereTheMapIsUncertain) {
       Fly(plan->path);
     }
     EXPECT_GT(steps, 3);
-    // Where there is no room to turn a step is flown as planned.
-    EXPECT_EQ(3 * nose_first > steps, is_uncertain) << nose_first << " of " << steps;
+    EXPECT_EQ(nose_first == steps, is_uncertain) << nose_first << " of " << steps;
   }
 }
 

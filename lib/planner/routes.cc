@@ -5,6 +5,8 @@
 #include <limits>
 #include <queue>
 
+#include "lib/planner/flown_step.h"
+
 namespace vog {
 namespace {
 
@@ -158,12 +160,16 @@ std::optional<std::vector<Waypoint>> Routes::RouteTo(const OccupancyMap& map,
                                                      double yaw_rad) {
   const std::vector<int> chain = ChainTo(index);
   const std::vector<Waypoint> way = WaypointsOf(chain, yaw_rad);
-  std::vector<Waypoint> straight = {way.front()};
+  std::vector<Waypoint> flown = {way.front()};
   for (std::size_t i = 0; i + 1 < way.size();) {
-    // As far ahead as the straight line is free.
+    // As far ahead as the straight line can be flown.
+    std::optional<std::vector<Waypoint>> step;
     std::size_t ahead = way.size() - 1 - i;
-    while (ahead > 0 && !checker.IsEdgeFree(map, way[i], way[i + ahead])) ahead /= 2;
-    if (ahead == 0) {
+    for (; ahead > 0; ahead /= 2) {
+      step = FlownStep(map, checker, flown.back(), way[i], way[i + ahead]);
+      if (step) break;
+    }
+    if (!step) {
       const auto place_of = [&](std::size_t n) {
         return reached_[static_cast<std::size_t>(chain[std::min(n, chain.size() - 1)])].place;
       };
@@ -172,9 +178,10 @@ std::optional<std::vector<Waypoint>> Routes::RouteTo(const OccupancyMap& map,
       return std::nullopt;
     }
     i += ahead;
-    straight.push_back(way[i]);
+    for (const Waypoint& waypoint : *step) Append(waypoint, flown);
   }
-  return straight;
+  Append(way.back(), flown);
+  return flown;
 }
 
 std::optional<int> Routes::ReachedNear(const Vec3& p_W, double radius_m,

@@ -32,9 +32,9 @@ class Routes {
   /// Nearest first; the first is where the vehicle is.
   const std::vector<Reached>& reached() const { return reached_; }
   Vec3 PositionOf(const Reached& reached) const;
-  /// The way to reached()[index] and the turn at its end, all edges free. Nothing where the map,
-  /// looked at closely, is against it; then that step counts as blocked for some searches, each
-  /// time for longer, and reached() is found anew.
+  /// The way to reached()[index] and the turn at its end, in steps that can be flown: FlownStep().
+  /// Nothing where the map, looked at closely, is against it; then that step counts as blocked for
+  /// some searches, each time for longer, and reached() is found anew.
   std::optional<std::vector<Waypoint>> RouteTo(const OccupancyMap& map,
                                                const CollisionChecker& checker, int index,
                                                double yaw_rad);

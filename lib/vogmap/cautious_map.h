@@ -35,6 +35,7 @@ class CautiousMap : public OccupancyMap {
   void SigmaOf(std::span<const VoxelKey> voxels, std::span<float> sigma_m) const override;
   double max_sigma_m() const override { return all_.max_sigma_m(); }
   bool IsSurelyKnown(std::span<const VoxelKey> voxels) const override;
+  bool IsSure() const override { return !overrules_; }
   std::int64_t revision() const override { return revision_; }
   std::optional<std::vector<Eigen::AlignedBox3d>> ChangedSince(
       std::int64_t revision) const override;

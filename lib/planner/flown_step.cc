@@ -1,0 +1,51 @@
+#include "lib/planner/flown_step.h"
+
+#include <cmath>
+
+namespace vog {
+namespace {
+
+/// Of a step that the sonar is turned to.
+constexpr double kNoseFirst_m = 0.3;
+
+bool IsWayFree(const OccupancyMap& map, const CollisionChecker& checker,
+               const std::vector<Waypoint>& way) {
+  for (std::size_t i = 1; i < way.size(); ++i)
+    if (!IsSame(way[i - 1], way[i]) && !checker.IsEdgeFree(map, way[i - 1], way[i])) return false;
+  return true;
+}
+
+}  // namespace
+
+std::optional<std::vector<Waypoint>> FlownStep(const OccupancyMap& map,
+                                               const CollisionChecker& checker, const Waypoint& at,
+                                               const Waypoint& from, const Waypoint& to) {
+  const Vec3 step_m = to.position_W_m - from.position_W_m;
+  const bool is_short = step_m.head<2>().norm() < kNoseFirst_m;
+  const bool is_free = IsWayFree(map, checker, {at, from, to});
+  if (is_free && (is_short || map.IsSure() || checker.IsSurelyKnown(map, from, to)))
+    return std::vector{from, to};
+  if (is_short || map.IsSure()) return std::nullopt;
+  const double ahead_rad = std::atan2(step_m.y(), step_m.x());
+  const Waypoint turned{from.position_W_m, ahead_rad}, there{to.position_W_m, ahead_rad};
+  if (!IsWayFree(map, checker, {at, turned, there, to})) return std::nullopt;
+  return std::vector{turned, there};
+}
+
+std::vector<Waypoint> FlownPart(const OccupancyMap& map, const CollisionChecker& checker,
+                                const std::vector<Waypoint>& path) {
+  std::vector<Waypoint> flown = {path.front()};
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    const auto step = FlownStep(map, checker, flown.back(), path[i - 1], path[i]);
+    if (!step) return flown;
+    for (const Waypoint& waypoint : *step) Append(waypoint, flown);
+  }
+  Append(path.back(), flown);
+  return flown;
+}
+
+void Append(const Waypoint& to, std::vector<Waypoint>& path) {
+  if (!IsSame(path.back(), to)) path.push_back(to);
+}
+
+}  // namespace vog

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "lib/collision/collision_checker.h"
+#include "lib/geometry/waypoint.h"
+#include "lib/occupancy/occupancy_map.h"
+
+namespace vog {
+
+/// How a vehicle at `at` flies a step of a path, which begins there, perhaps with another heading:
+/// the waypoints after `at`, all edges free. Through water that is not surely known it flies with
+/// the sonar turned to where it goes, so that what older submaps show elsewhere is seen before it
+/// is met, and only where there is room to turn so at both ends. Steps that hardly go sideways are
+/// flown as planned. Nothing where the step cannot be flown.
+std::optional<std::vector<Waypoint>> FlownStep(const OccupancyMap& map,
+                                               const CollisionChecker& checker, const Waypoint& at,
+                                               const Waypoint& from, const Waypoint& to);
+
+/// A path in such steps, as far as it can be flown. @pre the path is not empty.
+std::vector<Waypoint> FlownPart(const OccupancyMap& map, const CollisionChecker& checker,
+                                const std::vector<Waypoint>& path);
+
+/// Adds a waypoint to a path unless it ends there.
+void Append(const Waypoint& to, std::vector<Waypoint>& path);
+
+}  // namespace vog

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <queue>
 
+#include "lib/planner/flown_step.h"
+
 namespace vog {
 namespace {
 
@@ -67,16 +69,34 @@ CoveragePlanner::Known& CoveragePlanner::KnownOf(const Reached& reached) {
 
 void CoveragePlanner::LookFrom(const OccupancyMap& map, const Reached& reached) {
   --looks_left_;
-  KnownOf(reached) = {panorama_.Look(map, routes_.PositionOf(reached),
-                                     [this](const VoxelKey& key) { return WeightOf(key); }),
-                      plans_};
+  Known& known = KnownOf(reached);
+  known.gain = panorama_.Look(map, routes_.PositionOf(reached),
+                              [this](const VoxelKey& key) { return WeightOf(key); });
+  known.in_plan = plans_;
 }
 
-double CoveragePlanner::ViewsASecond(const Reached& reached, int heading,
-                                     const Waypoint& at) const {
-  const double turn_rad = WrapAngle(YawOfHeading(heading) - at.yaw_rad);
-  return 1 / (options_.view_time_s +
-              std::max(reached.time_s, std::abs(turn_rad) / limits_.max_yaw_rate_rad_s));
+double CoveragePlanner::ViewsASecond(const Reached& reached, int heading, const Waypoint& at) {
+  const auto turn_s = [&](double from_rad, double to_rad) {
+    return std::abs(WrapAngle(to_rad - from_rad)) / limits_.max_yaw_rate_rad_s;
+  };
+  const double yaw_rad = YawOfHeading(heading);
+  const Known& known = KnownOf(reached);
+  double flight_s = std::max(reached.time_s, turn_s(at.yaw_rad, yaw_rad));
+  if (known.ahead_in_plan == plans_ && known.goes_ahead) {
+    const double ahead_rad = YawAlong(routes_.PositionOf(reached) - at.position_W_m);
+    flight_s = turn_s(at.yaw_rad, ahead_rad) + reached.time_s + turn_s(ahead_rad, yaw_rad);
+  }
+  return 1 / (options_.view_time_s + flight_s);
+}
+
+bool CoveragePlanner::MustGoAhead(const OccupancyMap& map, const CollisionChecker& checker,
+                                  const Waypoint& at, const Reached& reached) {
+  const Waypoint to{routes_.PositionOf(reached), at.yaw_rad};
+  Known& known = KnownOf(reached);
+  known.ahead_in_plan = plans_;
+  known.goes_ahead = !map.IsSure() && GoesSideways(to.position_W_m - at.position_W_m) &&
+                     !checker.IsSurelyKnown(map, at, to);
+  return known.goes_ahead;
 }
 
 CoveragePlanner::View CoveragePlanner::BestViewAt(int index, const Waypoint& at) {
@@ -102,7 +122,9 @@ void CoveragePlanner::LookAtNewPlaces(const OccupancyMap& map) {
   }
 }
 
-CoveragePlanner::View CoveragePlanner::FindBest(const OccupancyMap& map, const Waypoint& at) {
+CoveragePlanner::View CoveragePlanner::FindBest(const OccupancyMap& map,
+                                                const CollisionChecker& checker,
+                                                const Waypoint& at) {
   const auto worse = [](const View& a, const View& b) {
     return std::tie(a.utility, b.reached) < std::tie(b.utility, a.reached);
   };
@@ -115,7 +137,11 @@ CoveragePlanner::View CoveragePlanner::FindBest(const OccupancyMap& map, const W
     const View view = queue.top();
     queue.pop();
     const Reached& reached = routes_.reached()[static_cast<std::size_t>(view.reached)];
-    if (KnownOf(reached).in_plan == plans_) {
+    if (KnownOf(reached).in_plan != plans_) {
+      if (looks_left_ <= kLastPlaces) break;
+      LookFrom(map, reached);
+    } else if (KnownOf(reached).ahead_in_plan == plans_ ||
+               !MustGoAhead(map, checker, at, reached)) {
       // Where the panorama promises something, look with all rays.
       const Waypoint to{routes_.PositionOf(reached), YawOfHeading(view.heading)};
       const double gain = GainAt(map, to);
@@ -125,9 +151,6 @@ CoveragePlanner::View CoveragePlanner::FindBest(const OccupancyMap& map, const W
         return view;
       }
       promised = static_cast<float>(gain);
-    } else {
-      if (looks_left_ <= kLastPlaces) break;
-      LookFrom(map, reached);
     }
     const View again = BestViewAt(view.reached, at);
     if (again.utility > 0) queue.push(again);
@@ -212,7 +235,7 @@ ViewPlan CoveragePlanner::Plan(const OccupancyMap& map, const CollisionChecker& 
   LookAtNewPlaces(map);
   bool was_refused = false;
   for (int tries = 0; tries < kWays; ++tries) {
-    const View view = FindBest(map, at);
+    const View view = FindBest(map, checker, at);
     if (view.reached < 0) break;
     auto way = routes_.RouteTo(map, checker, view.reached, YawOfHeading(view.heading));
     if (way) {

@@ -34,7 +34,9 @@ class CoveragePlanner final : public ViewPlanner {
  private:
   struct Known {
     GainByHeading gain{};
-    int in_plan = -1;  ///< When it was looked at; -1 is never.
+    int in_plan = -1;        ///< When it was looked at; -1 is never.
+    int ahead_in_plan = -1;  ///< When its way was tested: MustGoAhead().
+    bool goes_ahead = false;
   };
   struct View {
     int reached = -1;  ///< Of routes_.
@@ -47,12 +49,16 @@ class CoveragePlanner final : public ViewPlanner {
   /// The best heading of a place by what is known of it.
   View BestViewAt(int index, const Waypoint& at);
   /// Of views like this one, way and turn included.
-  double ViewsASecond(const Reached& reached, int heading, const Waypoint& at) const;
+  double ViewsASecond(const Reached& reached, int heading, const Waypoint& at);
+  /// Tests whether the sonar must be turned to where the way to a place goes, FlownStep(), by the
+  /// straight line.
+  bool MustGoAhead(const OccupancyMap& map, const CollisionChecker& checker, const Waypoint& at,
+                   const Reached& reached);
   double WeightOf(const VoxelKey& key) const;
   double GainAt(const OccupancyMap& map, const Waypoint& at) const;
   void LookAtNewPlaces(const OccupancyMap& map);
   /// The best view by what is known, each of those that were best looked at anew.
-  View FindBest(const OccupancyMap& map, const Waypoint& at);
+  View FindBest(const OccupancyMap& map, const CollisionChecker& checker, const Waypoint& at);
   ViewPlan GoTo(const View& view, const std::vector<Waypoint>& way);
   ViewPlan LookForMore(const OccupancyMap& map);
   /// In space too narrow for the lattice: a tree of random views, with all that it can reach. Some

@@ -21,12 +21,12 @@ std::optional<std::vector<Waypoint>> FlownStep(const OccupancyMap& map,
                                                const CollisionChecker& checker, const Waypoint& at,
                                                const Waypoint& from, const Waypoint& to) {
   const Vec3 step_m = to.position_W_m - from.position_W_m;
-  const bool is_short = step_m.head<2>().norm() < kNoseFirst_m;
+  const bool is_short = !GoesSideways(step_m);
   const bool is_free = IsWayFree(map, checker, {at, from, to});
   if (is_free && (is_short || map.IsSure() || checker.IsSurelyKnown(map, from, to)))
     return std::vector{from, to};
   if (is_short || map.IsSure()) return std::nullopt;
-  const double ahead_rad = std::atan2(step_m.y(), step_m.x());
+  const double ahead_rad = YawAlong(step_m);
   const Waypoint turned{from.position_W_m, ahead_rad}, there{to.position_W_m, ahead_rad};
   if (!IsWayFree(map, checker, {at, turned, there, to})) return std::nullopt;
   return std::vector{turned, there};
@@ -43,6 +43,10 @@ std::vector<Waypoint> FlownPart(const OccupancyMap& map, const CollisionChecker&
   Append(path.back(), flown);
   return flown;
 }
+
+bool GoesSideways(const Vec3& step_m) { return step_m.head<2>().norm() >= kNoseFirst_m; }
+
+double YawAlong(const Vec3& step_m) { return std::atan2(step_m.y(), step_m.x()); }
 
 void Append(const Waypoint& to, std::vector<Waypoint>& path) {
   if (!IsSame(path.back(), to)) path.push_back(to);

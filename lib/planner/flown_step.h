@@ -22,6 +22,11 @@ std::optional<std::vector<Waypoint>> FlownStep(const OccupancyMap& map,
 std::vector<Waypoint> FlownPart(const OccupancyMap& map, const CollisionChecker& checker,
                                 const std::vector<Waypoint>& path);
 
+/// Whether a way of this length and direction is one of those that the sonar must be turned to.
+bool GoesSideways(const Vec3& step_m);
+/// The heading that turns the sonar to where such a way goes.
+double YawAlong(const Vec3& step_m);
+
 /// Adds a waypoint to a path unless it ends there.
 void Append(const Waypoint& to, std::vector<Waypoint>& path);
 

@@ -11,7 +11,7 @@ namespace {
 
 /// Places looked at in one plan: in all, of them new ones, and how many are kept for the search
 /// that ends the exploration.
-constexpr int kPlaces = 70, kNewPlaces = 30, kLastPlaces = 20;
+constexpr int kPlaces = 50, kNewPlaces = 22, kLastPlaces = 15;
 /// Views of the tree looked at in one plan.
 constexpr int kTreeViews = 10;
 /// Views whose ways are tested in one plan.

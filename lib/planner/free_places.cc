@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <map>
 #include <numbers>
 #include <utility>
 
@@ -118,12 +119,27 @@ FreePlaces::Footprint FreePlaces::FootprintOf(const CollisionRules& rules, doubl
   return spans;
 }
 
+FreePlaces::Footprint FreePlaces::UnionOf(std::span<const Footprint> footprints) {
+  std::map<int, Span> rows;
+  for (const Footprint& footprint : footprints)
+    for (const Span& span : footprint) {
+      Span& row = rows.emplace(span.dy, span).first->second;
+      row.dx_min = std::min(row.dx_min, span.dx_min);
+      row.dx_max = std::max(row.dx_max, span.dx_max);
+    }
+  Footprint all;
+  for (const auto& [dy, span] : rows) all.push_back(span);
+  return all;
+}
+
 void FreePlaces::SetRules(const CollisionRules& rules) {
   for (int heading = 0; heading < kHeadings / 2; ++heading) {
     const auto h = static_cast<std::size_t>(heading);
     near_occupied_[h] = FootprintOf(rules, rules.clearance_m, YawOfHeading(heading));
     near_unknown_[h] = FootprintOf(rules, rules.unknown_clearance_m, YawOfHeading(heading));
   }
+  turning_near_occupied_ = UnionOf(near_occupied_);
+  turning_near_unknown_ = UnionOf(near_unknown_);
   const double half_m = 0.5 * rules.hull_size_m.z(), voxel_m = grid_->voxel_size_m();
   occupied_layers_ = VoxelsWithin(half_m + rules.clearance_m, voxel_m);
   unknown_layers_ = VoxelsWithin(half_m + rules.unknown_clearance_m, voxel_m);
@@ -348,7 +364,10 @@ HeadingSet FreePlaces::HeadingsAt(int place) const {
   const int x = key.x - voxels_.min.x, y = key.y - voxels_.min.y;
   const Level& level = levels_[static_cast<std::size_t>(place / (count_[0] * count_[1]))];
   HeadingSet set = 0;
-  for (int heading = 0; heading < kHeadings / 2; ++heading) {
+  if (IsClear(turning_near_occupied_, level.occupied_before, x, y) &&
+      IsClear(turning_near_unknown_, level.unknown_before, x, y))
+    set = kAllHeadings;
+  for (int heading = 0; set != kAllHeadings && heading < kHeadings / 2; ++heading) {
     const auto h = static_cast<std::size_t>(heading);
     // The box looks the same from behind.
     if (IsClear(near_occupied_[h], level.occupied_before, x, y) &&

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "lib/collision/collision_checker.h"
@@ -72,6 +73,7 @@ class FreePlaces {
 
   void Measure(const VoxelGrid& grid);
   Footprint FootprintOf(const CollisionRules& rules, double clearance_m, double yaw_rad) const;
+  static Footprint UnionOf(std::span<const Footprint> footprints);
   void SetRules(const CollisionRules& rules);
   void ReadChanges(const OccupancyMap& map, const CollisionChecker& checker);
   void Read(const OccupancyMap& map, const CollisionChecker& checker, const VoxelBox& box);
@@ -93,8 +95,10 @@ class FreePlaces {
   VoxelKey first_;   // Of the lattice.
   int step_ = 1;     // Of the lattice [voxels].
   std::array<int, 3> count_ = {0, 0, 0};
-  int occupied_layers_ = 0, unknown_layers_ = 0;  // Above and below a vehicle's middle.
-  std::array<Footprint, kHeadings / 2> near_occupied_, near_unknown_;
+  int occupied_layers_ = 0, unknown_layers_ = 0;            // Above and below a vehicle's middle.
+  using Footprints = std::array<Footprint, kHeadings / 2>;  // By heading; the box has two ends.
+  Footprints near_occupied_, near_unknown_;
+  Footprint turning_near_occupied_, turning_near_unknown_;  // All of these.
 
   std::vector<State> states_;
   std::vector<Occupied> occupied_;  // By height.

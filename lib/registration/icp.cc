@@ -86,8 +86,8 @@ struct Correspondence {
 /// points were tried.
 template <class Visit>
 int ForEachCorrespondence(const IcpOptions& options, const RegistrationCloud& target,
-                          const RegistrationCloud& source, const Pose3& X_ik,
-                          double max_distance_m, Visit visit) {
+                          const RegistrationCloud& source, const Pose3& X_ik, double max_distance_m,
+                          Visit visit) {
   const Mat3 R_ik = X_ik.linear();
   // Beyond this a residual counts linearly (Huber).
   const double linear_from_m = 0.5 * max_distance_m;

@@ -183,6 +183,7 @@ bool CollisionChecker::IsEdgeFree(const OccupancyMap& map, const Waypoint& from,
 
 bool CollisionChecker::IsSurelyKnown(const OccupancyMap& map, const Waypoint& from,
                                      const Waypoint& to) const {
+  if (map.IsSure()) return true;
   const Vec3 half_m = 0.5 * rules_.hull_size_m;
   const double reach_m = half_m.head<2>().norm();
   const int samples = SamplesOf(map, from, to);

@@ -32,6 +32,11 @@ inline bool IsSame(const Waypoint& a, const Waypoint& b) {
   return LengthOf(a, b) < 1e-9 && std::abs(WrapAngle(a.yaw_rad - b.yaw_rad)) < 1e-9;
 }
 
+/// Adds a waypoint to a path unless it ends there. @pre the path is not empty.
+inline void Append(const Waypoint& to, std::vector<Waypoint>& path) {
+  if (!IsSame(path.back(), to)) path.push_back(to);
+}
+
 /// What lies within `length_m` of a way's beginning. @pre the way is not empty.
 inline std::vector<Waypoint> FirstPartOf(const std::vector<Waypoint>& way, double length_m) {
   std::vector<Waypoint> part = {way.front()};

@@ -94,8 +94,8 @@ bool CoveragePlanner::MustGoAhead(const OccupancyMap& map, const CollisionChecke
   const Waypoint to{routes_.PositionOf(reached), at.yaw_rad};
   Known& known = KnownOf(reached);
   known.ahead_in_plan = plans_;
-  known.goes_ahead = !map.IsSure() && GoesSideways(to.position_W_m - at.position_W_m) &&
-                     !checker.IsSurelyKnown(map, at, to);
+  known.goes_ahead =
+      GoesSideways(to.position_W_m - at.position_W_m) && !checker.IsSurelyKnown(map, at, to);
   return known.goes_ahead;
 }
 

@@ -342,14 +342,9 @@ bool Explorer::Explore(const OccupancyMap& map, const Waypoint& at) {
   if (!KeepsAllClearances() && IsUncertain(map) && MakeRoom(map, *checker, at)) return true;
   if (BeginVisit(map, *checker, at)) return true;
   ViewPlan found = planner_->Plan(map, *checker, at);
-  std::vector<Waypoint> path;
   switch (found.outcome) {
     case ViewPlan::Outcome::kGo:
-      path = FlownPart(map, *checker, found.path);
-      if (path.size() == 1 && !IsSame(path.back(), found.path.back())) return false;
-      SetPlan(std::move(path), PlanKind::kPath, std::move(found.tree), found.best);
-      if (HasReached(at)) kind_ = PlanKind::kHold;
-      return true;
+      return FlyToView(map, *checker, std::move(found), at);
     case ViewPlan::Outcome::kLookOn:
       if (kind_ != PlanKind::kSearch) SetPlan({at}, PlanKind::kSearch);
       return true;
@@ -372,6 +367,22 @@ bool Explorer::Explore(const OccupancyMap& map, const Waypoint& at) {
     EndWith(kNothingToGain, mission_.when_done == WhenDone::kReturn);
   }
   return false;
+}
+
+bool Explorer::FlyToView(const OccupancyMap& map, const CollisionChecker& checker, ViewPlan found,
+                         const Waypoint& at) {
+  std::vector<Waypoint> path = FlownPath(map, checker, found.path, Refused::kEndsThePath);
+  if (path.size() == 1 && !IsSame(path.back(), found.path.back())) return false;
+  SetPlan(std::move(path), PlanKind::kPath, std::move(found.tree), found.best);
+  if (HasReached(at)) kind_ = PlanKind::kHold;
+  return true;
+}
+
+std::optional<bool> Explorer::ExploreAgain(const OccupancyMap& map, const Waypoint& at) {
+  const ExplorerState before = std::exchange(state_, ExplorerState::kExploring);
+  end_reason_.clear();
+  const bool found = Explore(map, at);
+  return !found && state_ == before ? std::nullopt : std::optional(found);
 }
 
 bool Explorer::MakeRoom(const OccupancyMap& map, const CollisionChecker& checker,
@@ -418,10 +429,7 @@ bool Explorer::IsWorthASecondLook() {
 bool Explorer::ReturnHome(const OccupancyMap& map, const Waypoint& at) {
   if ((at.position_W_m - *home_W_).norm() < kHome_m) {
     if (IsWorthASecondLook()) {
-      state_ = ExplorerState::kExploring;
-      end_reason_.clear();
-      if (Explore(map, at)) return true;
-      if (state_ != ExplorerState::kReturning) return false;
+      if (const auto found = ExploreAgain(map, at)) return *found;
     }
     const auto checker = CheckerFor(map, at);
     revisits_->LookAgain();
@@ -566,9 +574,7 @@ void Explorer::EndVisit() {
 
 bool Explorer::Revisit(const OccupancyMap& map, const Waypoint& at) {
   if (submaps_ > kLookAgain * done_at_) {
-    state_ = ExplorerState::kExploring;
-    if (Explore(map, at)) return true;
-    if (state_ != ExplorerState::kRevisiting) return false;
+    if (const auto found = ExploreAgain(map, at)) return *found;
   }
   const auto checker = CheckerFor(map, at);
   if (!checker) return false;
@@ -579,7 +585,7 @@ bool Explorer::Revisit(const OccupancyMap& map, const Waypoint& at) {
     NbvTree tree(options_, box_W_, at);
     const int node = tree.GrowToward(context, target, options_.tree_nodes, random);
     const double left_m = LengthOf(tree.nodes()[node].at, target);
-    const auto path = FlownPart(map, *checker, tree.BranchTo(node));
+    const auto path = FlownPath(map, *checker, tree.BranchTo(node), Refused::kEndsThePath);
     const bool gets_nearer = left_m < LengthOf(at, target) - kRevisitProgress_m && path.size() > 1;
     if (!gets_nearer || left_m < kRevisitProgress_m) ++next_revisit_;
     if (!gets_nearer) continue;
@@ -681,12 +687,7 @@ bool Explorer::SetWayToRoom(const OccupancyMap& map, const Waypoint& at,
 void Explorer::SetWayBack(const OccupancyMap& map, const CollisionChecker& checker,
                           const std::vector<Waypoint>& path, std::vector<TreeNode> tree, int best) {
   planner_->Forget();
-  std::vector<Waypoint> flown = {path.front()};
-  for (std::size_t i = 1; i < path.size(); ++i) {
-    const auto step = FlownStep(map, checker, flown.back(), path[i - 1], path[i]);
-    for (const Waypoint& to : step.value_or(std::vector{path[i - 1], path[i]})) Append(to, flown);
-  }
-  Append(path.back(), flown);
+  std::vector<Waypoint> flown = FlownPath(map, checker, path, Refused::kIsFlownAsPlanned);
   // The turn at its end takes longer than the way there, and is worth it for its room alone.
   if (flown.size() > 2 && LengthOf(flown.back(), flown[flown.size() - 2]) < 1e-9 &&
       FreeShareAt(map, flown[flown.size() - 2]) >= FreeShareAt(map, flown.back()))

@@ -135,6 +135,12 @@ class Explorer {
   bool IsBlocked(const OccupancyMap& map, const Waypoint& at) const;
   void MakePlan(const OccupancyMap& map, const Waypoint& at);
   bool Explore(const OccupancyMap& map, const Waypoint& at);
+  /// Along the path that was found, as far as it can be flown; false when that is nowhere.
+  bool FlyToView(const OccupancyMap& map, const CollisionChecker& checker, ViewPlan found,
+                 const Waypoint& at);
+  /// Explores once more what was explored: whether that found a plan, nothing where there is still
+  /// nothing to gain and all is as before.
+  std::optional<bool> ExploreAgain(const OccupancyMap& map, const Waypoint& at);
   /// To a place nearby that offers all clearances.
   bool MakeRoom(const OccupancyMap& map, const CollisionChecker& checker, const Waypoint& at);
   /// Begins to see a submap again if that is worth its time.

@@ -23,8 +23,7 @@ std::optional<std::vector<Waypoint>> FlownStep(const OccupancyMap& map,
   const Vec3 step_m = to.position_W_m - from.position_W_m;
   const bool is_short = !GoesSideways(step_m);
   const bool is_free = IsWayFree(map, checker, {at, from, to});
-  if (is_free && (is_short || map.IsSure() || checker.IsSurelyKnown(map, from, to)))
-    return std::vector{from, to};
+  if (is_free && (is_short || checker.IsSurelyKnown(map, from, to))) return std::vector{from, to};
   if (is_short || map.IsSure()) return std::nullopt;
   const double ahead_rad = YawAlong(step_m);
   const Waypoint turned{from.position_W_m, ahead_rad}, there{to.position_W_m, ahead_rad};
@@ -32,13 +31,14 @@ std::optional<std::vector<Waypoint>> FlownStep(const OccupancyMap& map,
   return std::vector{turned, there};
 }
 
-std::vector<Waypoint> FlownPart(const OccupancyMap& map, const CollisionChecker& checker,
-                                const std::vector<Waypoint>& path) {
+std::vector<Waypoint> FlownPath(const OccupancyMap& map, const CollisionChecker& checker,
+                                const std::vector<Waypoint>& path, Refused refused) {
   std::vector<Waypoint> flown = {path.front()};
   for (std::size_t i = 1; i < path.size(); ++i) {
-    const auto step = FlownStep(map, checker, flown.back(), path[i - 1], path[i]);
-    if (!step) return flown;
-    for (const Waypoint& waypoint : *step) Append(waypoint, flown);
+    const Waypoint &from = path[i - 1], &to = path[i];
+    const auto step = FlownStep(map, checker, flown.back(), from, to);
+    if (!step && refused == Refused::kEndsThePath) return flown;
+    for (const Waypoint& waypoint : step.value_or(std::vector{from, to})) Append(waypoint, flown);
   }
   Append(path.back(), flown);
   return flown;
@@ -47,9 +47,5 @@ std::vector<Waypoint> FlownPart(const OccupancyMap& map, const CollisionChecker&
 bool GoesSideways(const Vec3& step_m) { return step_m.head<2>().norm() >= kNoseFirst_m; }
 
 double YawAlong(const Vec3& step_m) { return std::atan2(step_m.y(), step_m.x()); }
-
-void Append(const Waypoint& to, std::vector<Waypoint>& path) {
-  if (!IsSame(path.back(), to)) path.push_back(to);
-}
 
 }  // namespace vog

@@ -18,16 +18,16 @@ std::optional<std::vector<Waypoint>> FlownStep(const OccupancyMap& map,
                                                const CollisionChecker& checker, const Waypoint& at,
                                                const Waypoint& from, const Waypoint& to);
 
-/// A path in such steps, as far as it can be flown. @pre the path is not empty.
-std::vector<Waypoint> FlownPart(const OccupancyMap& map, const CollisionChecker& checker,
-                                const std::vector<Waypoint>& path);
+/// What becomes of a step that cannot be flown.
+enum class Refused { kEndsThePath, kIsFlownAsPlanned };
+
+/// A path in such steps. @pre the path is not empty.
+std::vector<Waypoint> FlownPath(const OccupancyMap& map, const CollisionChecker& checker,
+                                const std::vector<Waypoint>& path, Refused refused);
 
 /// Whether a way of this length and direction is one of those that the sonar must be turned to.
 bool GoesSideways(const Vec3& step_m);
 /// The heading that turns the sonar to where such a way goes.
 double YawAlong(const Vec3& step_m);
-
-/// Adds a waypoint to a path unless it ends there.
-void Append(const Waypoint& to, std::vector<Waypoint>& path);
 
 }  // namespace vog

@@ -72,9 +72,11 @@ TEST(FlownStepTest, IsNoneWhereTheSonarCannotBeTurnedAhead) {
   EXPECT_TRUE(FlownStep(map, Checker(), kFrom, kFrom, above).has_value());
   // The part of a path that can be flown.
   const std::vector<Waypoint> there_and_back = {kFrom, kAhead, kFrom};
-  EXPECT_TRUE(IsSame(FlownPart(map, Checker(), there_and_back).back(), kAhead));
+  EXPECT_TRUE(
+      IsSame(FlownPath(map, Checker(), there_and_back, Refused::kEndsThePath).back(), kAhead));
   map.SetAllUnsure(false);
-  EXPECT_TRUE(IsSame(FlownPart(map, Checker(), there_and_back).back(), kFrom));
+  EXPECT_TRUE(
+      IsSame(FlownPath(map, Checker(), there_and_back, Refused::kEndsThePath).back(), kFrom));
 }
 
 TEST(FlownStepTest, IsFreeAndSeesWhereItGoes) {

@@ -95,10 +95,9 @@ class FreePlaces {
   VoxelKey first_;   // Of the lattice.
   int step_ = 1;     // Of the lattice [voxels].
   std::array<int, 3> count_ = {0, 0, 0};
-  int occupied_layers_ = 0, unknown_layers_ = 0;            // Above and below a vehicle's middle.
-  using Footprints = std::array<Footprint, kHeadings / 2>;  // By heading; the box has two ends.
-  Footprints near_occupied_, near_unknown_;
-  Footprint turning_near_occupied_, turning_near_unknown_;  // All of these.
+  int occupied_layers_ = 0, unknown_layers_ = 0;  // Above and below a vehicle's middle.
+  std::array<Footprint, kHeadings / 2> near_occupied_, near_unknown_;
+  Footprint turning_near_occupied_, turning_near_unknown_;  // Those of all headings.
 
   std::vector<State> states_;
   std::vector<Occupied> occupied_;  // By height.

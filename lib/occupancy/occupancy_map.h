@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <span>
@@ -123,18 +124,24 @@ class OccupancyMap {
     return ray.back();
   }
 
+  /// Whether a view's ray, which has come to an unknown voxel, ends there.
+  using EndsRay = std::function<bool(const VoxelKey&)>;
+
   /// Replaces `unknown` by the unknown voxels that the rays of a view enter at `min_range_m` or
-  /// beyond, before they end as CastRay()'s do: ray by ray, each ray's in their order.
+  /// beyond, before they end as CastRay()'s do, or in one of these that `ends` says, if there is
+  /// such a function: ray by ray, each ray's in their order.
   virtual void SeeUnknown(const Vec3& origin_W, std::span<const Vec3> directions_W,
-                          double min_range_m, double range_m,
+                          double min_range_m, double range_m, const EndsRay& ends,
                           std::vector<VoxelKey>& unknown) const {
     unknown.clear();
     std::vector<RayVoxel> ray;
     for (const Vec3& direction_W : directions_W) {
       CastRay(origin_W, direction_W, range_m, ray);
-      for (const RayVoxel& voxel : ray)
-        if (!IsKnown(voxel.log_odds) && voxel.entered_m >= min_range_m)
-          unknown.push_back(voxel.key);
+      for (const RayVoxel& voxel : ray) {
+        if (IsKnown(voxel.log_odds) || voxel.entered_m < min_range_m) continue;
+        unknown.push_back(voxel.key);
+        if (ends && ends(voxel.key)) break;
+      }
     }
   }
 

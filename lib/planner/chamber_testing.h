@@ -22,6 +22,14 @@ inline SonarOptions WideSonar() {
   return sonar;
 }
 
+/// One that sweeps so fast that the vehicle may turn on while it looks.
+inline SonarOptions NarrowSonar() {
+  SonarOptions sonar = WideSonar();
+  sonar.fov_deg = 30;
+  sonar.tilt_rate_deg_s = 40;
+  return sonar;
+}
+
 inline PlannerOptions SmallPlanner() {
   PlannerOptions options;
   options.hull_size_m = {0.6, 0.6, 0.4};

@@ -16,6 +16,10 @@ constexpr int kPlaces = 50, kNewPlaces = 22, kLastPlaces = 15;
 constexpr int kTreeViews = 10;
 /// Views whose ways are tested in one plan.
 constexpr int kWays = 12;
+/// Headings that a view turns on by, at most: less than a whole turn.
+constexpr int kMostTurnsOn = kHeadings - 1;
+/// A vehicle that reaches fewer places and cannot turn on its own is confined.
+constexpr std::size_t kFewPlaces = 10;
 /// A view is done with when less than this share of it is left.
 constexpr double kShareLeft = 0.2;
 /// Full cycles of the sweep after which what stays unknown will not be seen.
@@ -23,6 +27,18 @@ constexpr double kCycles = 2;
 
 int LooksInVain(const SonarOptions& sonar) {
   return std::clamp(static_cast<int>(std::ceil(kCycles * SweepPeriod_s(sonar))), 2, 255);
+}
+
+/// Of what a fan that stands still and sweeps sees of the next heading, what it sees while it turns
+/// over it: the part that is not in the fan yet, but for the gaps that the sweep leaves. It is a
+/// triangle wave: at a share u of its rise looks are u and 1 - u of a period apart. Each sees the
+/// fan's width of what is turned by in a period, 1; the mean over u is 1 - (1 - fan)^2.
+double ShareSeenInTurning(const SonarOptions& sonar, const MotionLimits& limits) {
+  const double fov_rad = ToRadians(sonar.fov_deg);
+  const double is_new = std::min(1.0, YawOfHeading(1) / fov_rad);
+  const double turned_rad = limits.max_yaw_rate_rad_s * SweepPeriod_s(sonar);
+  const double fan = std::min(1.0, fov_rad / std::max(turned_rad, 1e-9));
+  return is_new * (1 - (1 - fan) * (1 - fan));
 }
 
 }  // namespace
@@ -34,6 +50,8 @@ CoveragePlanner::CoveragePlanner(const PlannerOptions& options, const MotionLimi
       limits_(limits),
       box_W_(box_W),
       seed_(seed),
+      turn_on_s_(YawOfHeading(1) / limits.max_yaw_rate_rad_s),
+      turn_on_share_(ShareSeenInTurning(sonar, limits)),
       view_(sonar, options.range_m, options.ray_step_deg, box_W),
       panorama_(sonar, options.range_m, box_W),
       looked_at_(box_W, LooksInVain(sonar)),
@@ -48,10 +66,15 @@ double CoveragePlanner::WeightOf(const VoxelKey& key) const {
   return routes_.free_places().IsNextToOccupied(key) ? options_.surface_weight : 1;
 }
 
+OccupancyMap::EndsRay CoveragePlanner::WhereSurfacesGoOn() const {
+  if (looks_through_) return nullptr;
+  return [this](const VoxelKey& key) { return routes_.free_places().IsNextToOccupied(key); };
+}
+
 double CoveragePlanner::GainAt(const OccupancyMap& map, const Waypoint& at) const {
   double gain = 0;
   int voxels = 0;
-  for (const VoxelKey& key : view_.See(map, at)) {
+  for (const VoxelKey& key : view_.See(map, at, WhereSurfacesGoOn())) {
     const double weight = WeightOf(key);
     gain += weight;
     voxels += weight > 0;
@@ -59,8 +82,9 @@ double CoveragePlanner::GainAt(const OccupancyMap& map, const Waypoint& at) cons
   return voxels < options_.zero_gain_voxels ? 0 : gain;
 }
 
-bool CoveragePlanner::IsObsolete(const OccupancyMap& map, const std::vector<Waypoint>& path) const {
-  return GainAt(map, path.back()) < kShareLeft * gain_of_plan_;
+bool CoveragePlanner::IsObsolete(const OccupancyMap& map, const std::vector<Waypoint>& path,
+                                 int visible) const {
+  return GainAt(map, path.back()) < kShareLeft * visible;
 }
 
 CoveragePlanner::Known& CoveragePlanner::KnownOf(const Reached& reached) {
@@ -70,12 +94,13 @@ CoveragePlanner::Known& CoveragePlanner::KnownOf(const Reached& reached) {
 void CoveragePlanner::LookFrom(const OccupancyMap& map, const Reached& reached) {
   --looks_left_;
   Known& known = KnownOf(reached);
-  known.gain = panorama_.Look(map, routes_.PositionOf(reached),
-                              [this](const VoxelKey& key) { return WeightOf(key); });
+  known.gain = panorama_.Look(
+      map, routes_.PositionOf(reached), [this](const VoxelKey& key) { return WeightOf(key); },
+      WhereSurfacesGoOn());
   known.in_plan = plans_;
 }
 
-double CoveragePlanner::ViewsASecond(const Reached& reached, int heading, const Waypoint& at) {
+double CoveragePlanner::ViewTime_s(const Reached& reached, int heading, const Waypoint& at) {
   const auto turn_s = [&](double from_rad, double to_rad) {
     return std::abs(WrapAngle(to_rad - from_rad)) / limits_.max_yaw_rate_rad_s;
   };
@@ -86,7 +111,7 @@ double CoveragePlanner::ViewsASecond(const Reached& reached, int heading, const 
     const double ahead_rad = YawAlong(routes_.PositionOf(reached) - at.position_W_m);
     flight_s = turn_s(at.yaw_rad, ahead_rad) + reached.time_s + turn_s(ahead_rad, yaw_rad);
   }
-  return 1 / (options_.view_time_s + flight_s);
+  return options_.view_time_s + flight_s;
 }
 
 bool CoveragePlanner::MustGoAhead(const OccupancyMap& map, const CollisionChecker& checker,
@@ -102,12 +127,26 @@ bool CoveragePlanner::MustGoAhead(const OccupancyMap& map, const CollisionChecke
 CoveragePlanner::View CoveragePlanner::BestViewAt(int index, const Waypoint& at) {
   const Reached& reached = routes_.reached()[static_cast<std::size_t>(index)];
   const GainByHeading& gain = KnownOf(reached).gain;
-  View best{index, 0, 0};
-  for (int heading = 0; heading < kHeadings; ++heading) {
+  View best{.reached = index};
+  if (*std::max_element(gain.begin(), gain.end()) < options_.zero_gain_voxels) return best;
+  const auto gain_of = [&](int heading) -> double {
     const double voxels = gain[static_cast<std::size_t>(heading)];
-    if ((reached.arc >> heading & 1) == 0 || voxels < options_.zero_gain_voxels) continue;
-    const double utility = voxels * ViewsASecond(reached, heading, at);
-    if (utility > best.utility) best = {index, heading, utility};
+    return voxels < options_.zero_gain_voxels ? 0 : voxels;
+  };
+  for (int heading = 0; heading < kHeadings; ++heading) {
+    if ((reached.arc >> heading & 1) == 0) continue;
+    const double time_s = ViewTime_s(reached, heading, at);
+    for (const int side : {1, -1}) {
+      double voxels = gain_of(heading);
+      for (int turns = 0; turns <= kMostTurnsOn; ++turns) {
+        View view{index, heading, side * turns};
+        const int last = view.last_heading();
+        if ((reached.arc >> last & 1) == 0) break;
+        if (turns > 0) voxels += turn_on_share_ * gain_of(last);
+        view.utility = voxels / (time_s + turns * turn_on_s_);
+        if (gain_of(last) > 0 && view.utility > best.utility) best = view;
+      }
+    }
   }
   return best;
 }
@@ -134,7 +173,7 @@ CoveragePlanner::View CoveragePlanner::FindBest(const OccupancyMap& map,
     if (view.utility > 0) queue.push(view);
   }
   while (!queue.empty()) {
-    const View view = queue.top();
+    View view = queue.top();
     queue.pop();
     const Reached& reached = routes_.reached()[static_cast<std::size_t>(view.reached)];
     if (KnownOf(reached).in_plan != plans_) {
@@ -143,11 +182,11 @@ CoveragePlanner::View CoveragePlanner::FindBest(const OccupancyMap& map,
     } else if (KnownOf(reached).ahead_in_plan == plans_ ||
                !MustGoAhead(map, checker, at, reached)) {
       // Where the panorama promises something, look with all rays.
-      const Waypoint to{routes_.PositionOf(reached), YawOfHeading(view.heading)};
+      const Waypoint to{routes_.PositionOf(reached), YawOfHeading(view.last_heading())};
       const double gain = GainAt(map, to);
-      float& promised = KnownOf(reached).gain[static_cast<std::size_t>(view.heading)];
+      float& promised = KnownOf(reached).gain[static_cast<std::size_t>(view.last_heading())];
       if (gain > 0 && gain >= promised / 2) {
-        gain_of_plan_ = gain;
+        view.gain = gain;
         return view;
       }
       promised = static_cast<float>(gain);
@@ -156,6 +195,29 @@ CoveragePlanner::View CoveragePlanner::FindBest(const OccupancyMap& map,
     if (again.utility > 0) queue.push(again);
   }
   return {};
+}
+
+std::optional<std::vector<Waypoint>> CoveragePlanner::WayTo(const OccupancyMap& map,
+                                                            const CollisionChecker& checker,
+                                                            const View& view) {
+  auto way = routes_.RouteTo(map, checker, view.reached, YawOfHeading(view.heading));
+  if (!way) return way;
+  const std::size_t to_heading = way->size();
+  constexpr int kAtOnce = kHeadings / 4;  // Of less than half a turn it is clear which way it goes.
+  const int side = view.turns_on < 0 ? -1 : 1;
+  for (int left = std::abs(view.turns_on); left > 0;) {
+    left -= std::min(left, kAtOnce);
+    const Waypoint turned{way->back().position_W_m,
+                          YawOfHeading(view.last_heading() - side * left)};
+    if (!checker.IsEdgeFree(map, way->back(), turned)) break;
+    way->push_back(turned);
+  }
+  const Reached& reached = routes_.reached()[static_cast<std::size_t>(view.reached)];
+  const bool gains = KnownOf(reached).gain[static_cast<std::size_t>(view.heading)] >=
+                     static_cast<float>(options_.zero_gain_voxels);
+  if (way->size() > to_heading || view.turns_on == 0 || gains) return way;
+  routes_.RefuseTurnAt(view.reached);
+  return std::nullopt;
 }
 
 ViewPlan CoveragePlanner::GoTo(const View& view, const std::vector<Waypoint>& way) {
@@ -170,7 +232,7 @@ ViewPlan CoveragePlanner::GoTo(const View& view, const std::vector<Waypoint>& wa
     }
     plan.tree.push_back(node);
   }
-  plan.tree.back().visible = static_cast<int>(gain_of_plan_);
+  plan.tree.back().visible = static_cast<int>(view.gain);
   plan.tree.back().gain = view.utility;
   plan.best = static_cast<int>(plan.tree.size()) - 1;
   plan.path = FirstPartOf(way, options_.max_edge_m);
@@ -187,15 +249,20 @@ ViewPlan CoveragePlanner::LookForMore(const OccupancyMap& map) {
     if (looks_left_ <= 0) break;
     LookFrom(map, reached);
   }
+  if (plan.outcome == ViewPlan::Outcome::kNothing && !looks_through_) {
+    looks_through_ = true;
+    nothing_since_ = plans_ + 1;
+    plan.outcome = ViewPlan::Outcome::kLookOn;
+  }
   return plan;
 }
 
 ViewPlan CoveragePlanner::GrowTree(const OccupancyMap& map, const CollisionChecker& checker,
                                    const Waypoint& at) {
-  // The same tree in each plan, as far as the map is the same; in each some of its views are
-  // looked at.
+  // The same tree in each plan, as far as the map is the same; it grows from plan to plan, and what
+  // it grew by is looked at.
   const int first = tree_views_;
-  tree_views_ += kTreeViews;
+  tree_views_ = std::min(first + kTreeViews, options_.max_tree_nodes);
   if (first == 0) tree_of_plan_ = plans_;
   int view = 0;
   const TreeContext context{map, checker, [&](const Waypoint& to) {
@@ -206,18 +273,20 @@ ViewPlan CoveragePlanner::GrowTree(const OccupancyMap& map, const CollisionCheck
   Random random(static_cast<std::uint64_t>(seed_), "coverage",
                 static_cast<std::uint64_t>(tree_of_plan_));
   NbvTree tree(options_, box_W_, at);
-  tree.GrowTo(context, options_.max_tree_nodes, random);
+  tree.GrowTo(context, tree_views_, random);
+  // Where there is little room, all samples are tried before it counts as all that can be reached.
+  if (view < tree_views_) tree.GrowTo(context, options_.max_tree_nodes, random);
   ViewPlan plan = PlanOf(tree);
   if (plan.outcome != ViewPlan::Outcome::kGo) {
-    if (tree_views_ < view) {
-      plan.outcome = ViewPlan::Outcome::kLookOn;
-    } else {
+    const bool is_all = view < tree_views_ || tree_views_ == options_.max_tree_nodes;
+    if (is_all) {
       tree_views_ = 0;
+    } else {
+      plan.outcome = ViewPlan::Outcome::kLookOn;
     }
     return plan;
   }
   NoteGain();
-  gain_of_plan_ = tree.nodes()[static_cast<std::size_t>(plan.best)].visible;
   plan.path = FirstPartOf(plan.path, options_.max_edge_m);
   return plan;
 }
@@ -232,12 +301,21 @@ ViewPlan CoveragePlanner::Plan(const OccupancyMap& map, const CollisionChecker& 
   ++plans_;
   looks_left_ = kPlaces;
   routes_.Search(map, checker, at);
+  const bool is_confined =
+      routes_.reached().front().arc != kAllHeadings && routes_.reached().size() < kFewPlaces;
   LookAtNewPlaces(map);
+  ViewPlan plan = FindPlan(map, checker, at);
+  plan.is_confined = is_confined;
+  return plan;
+}
+
+ViewPlan CoveragePlanner::FindPlan(const OccupancyMap& map, const CollisionChecker& checker,
+                                   const Waypoint& at) {
   bool was_refused = false;
   for (int tries = 0; tries < kWays; ++tries) {
     const View view = FindBest(map, checker, at);
     if (view.reached < 0) break;
-    auto way = routes_.RouteTo(map, checker, view.reached, YawOfHeading(view.heading));
+    const auto way = WayTo(map, checker, view);
     if (way) {
       NoteGain();
       return GoTo(view, *way);

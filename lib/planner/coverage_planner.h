@@ -28,7 +28,8 @@ class CoveragePlanner final : public ViewPlanner {
   ViewPlan Plan(const OccupancyMap& map, const CollisionChecker& checker,
                 const Waypoint& at) override;
   void Look(const OccupancyMap& map, const Waypoint& at) override;
-  bool IsObsolete(const OccupancyMap& map, const std::vector<Waypoint>& path) const override;
+  bool IsObsolete(const OccupancyMap& map, const std::vector<Waypoint>& path,
+                  int visible) const override;
   bool IsInVain(const VoxelKey& key) const override { return looked_at_.IsInVain(key); }
 
  private:
@@ -41,24 +42,37 @@ class CoveragePlanner final : public ViewPlanner {
   struct View {
     int reached = -1;  ///< Of routes_.
     int heading = 0;
+    int turns_on = 0;    ///< Headings that it then turns on by, to the left; negative: right.
     double utility = 0;  ///< Voxels a second.
+    double gain = 0;     ///< At its end, looked at with all rays.
+
+    /// That it ends with.
+    int last_heading() const { return (heading + turns_on + kHeadings) % kHeadings; }
   };
 
   Known& KnownOf(const Reached& reached);
   void LookFrom(const OccupancyMap& map, const Reached& reached);
-  /// The best heading of a place by what is known of it.
+  /// The best heading of a place by what is known of it, or the best turn: what the fan sees while
+  /// it turns counts too.
   View BestViewAt(int index, const Waypoint& at);
-  /// Of views like this one, way and turn included.
-  double ViewsASecond(const Reached& reached, int heading, const Waypoint& at);
+  /// What a view costs, way and turn included.
+  double ViewTime_s(const Reached& reached, int heading, const Waypoint& at);
   /// Tests whether the sonar must be turned to where the way to a place goes, FlownStep(), by the
   /// straight line.
   bool MustGoAhead(const OccupancyMap& map, const CollisionChecker& checker, const Waypoint& at,
                    const Reached& reached);
   double WeightOf(const VoxelKey& key) const;
+  /// Rays end beside what is occupied: there the surface most likely goes on, and what is behind it
+  /// is not to be seen. Not once nothing is left to gain so: then through the gaps that there are.
+  OccupancyMap::EndsRay WhereSurfacesGoOn() const;
   double GainAt(const OccupancyMap& map, const Waypoint& at) const;
   void LookAtNewPlaces(const OccupancyMap& map);
   /// The best view by what is known, each of those that were best looked at anew.
   View FindBest(const OccupancyMap& map, const CollisionChecker& checker, const Waypoint& at);
+  /// The way to a view, and its turn as far as there is room. Nothing where the way is not free.
+  std::optional<std::vector<Waypoint>> WayTo(const OccupancyMap& map,
+                                             const CollisionChecker& checker, const View& view);
+  ViewPlan FindPlan(const OccupancyMap& map, const CollisionChecker& checker, const Waypoint& at);
   ViewPlan GoTo(const View& view, const std::vector<Waypoint>& way);
   ViewPlan LookForMore(const OccupancyMap& map);
   /// In space too narrow for the lattice: a tree of random views, with all that it can reach. Some
@@ -71,17 +85,19 @@ class CoveragePlanner final : public ViewPlanner {
   MotionLimits limits_;
   Eigen::AlignedBox3d box_W_;
   std::int64_t seed_;
+  double turn_on_s_;      // By one heading.
+  double turn_on_share_;  // Of the gain of a heading that is turned over, what is seen.
   ViewGain view_;
   Panorama panorama_;
   LookedAt looked_at_;
   Routes routes_;
   std::vector<Known> known_;  // By place; the last one is the vehicle's.
   int plans_ = 0;
-  int looks_left_ = 0;       // In this plan.
-  int nothing_since_ = -1;   // Plan since which none of the places looked at has gained.
-  int tree_views_ = 0;       // Of the tree that have been looked at.
-  int tree_of_plan_ = 0;     // The plan in which it was first grown.
-  double gain_of_plan_ = 0;  // Of the view that is flown to.
+  int looks_left_ = 0;          // In this plan.
+  int nothing_since_ = -1;      // Plan since which none of the places looked at has gained.
+  bool looks_through_ = false;  // Through gaps beside what is occupied.
+  int tree_views_ = 0;          // Of the tree that have been looked at.
+  int tree_of_plan_ = 0;        // The plan in which it was first grown.
 };
 
 }  // namespace vog

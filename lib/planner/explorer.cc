@@ -58,6 +58,12 @@ constexpr int kSubmapsOfLessDistance = 2;
 // Half the clearance that was planned with is the controller's and the drift's to use up.
 constexpr double kFlightShare = 0.5;
 
+/// Way and turn as one number, to tell which part of a path the vehicle is on.
+double WayOf(const Waypoint& from, const Waypoint& to) {
+  constexpr double kTurn_m = 0.5;  // What a radian counts like.
+  return LengthOf(from, to) + kTurn_m * std::abs(WrapAngle(to.yaw_rad - from.yaw_rad));
+}
+
 }  // namespace
 
 Explorer::Explorer(const PlannerOptions& options, const MotionLimits& limits,
@@ -244,7 +250,11 @@ bool Explorer::NeedsPlan(const OccupancyMap& map, const Waypoint& at, Time now) 
   if (now - checked_at_ < kCheckPeriod) return false;
   checked_at_ = now;
   return IsBlocked(map, at) || (state_ == ExplorerState::kExploring && kind_ == PlanKind::kPath &&
-                                planner_->IsObsolete(map, plan_->path));
+                                planner_->IsObsolete(map, plan_->path, VisibleAtItsEnd()));
+}
+
+int Explorer::VisibleAtItsEnd() const {
+  return plan_->best < 0 ? 0 : plan_->tree[static_cast<std::size_t>(plan_->best)].visible;
 }
 
 bool Explorer::HasReached(const Waypoint& at) const {
@@ -264,7 +274,7 @@ bool Explorer::IsBlocked(const OccupancyMap& map, const Waypoint& at) const {
   double least_m = std::numeric_limits<double>::max();
   for (std::size_t i = 0; i + 1 < path.size(); ++i) {
     const double detour_m =
-        LengthOf(path[i], at) + LengthOf(at, path[i + 1]) - LengthOf(path[i], path[i + 1]);
+        WayOf(path[i], at) + WayOf(at, path[i + 1]) - WayOf(path[i], path[i + 1]);
     if (detour_m < least_m - 1e-6) {
       least_m = detour_m;
       next = i + 1;
@@ -342,6 +352,7 @@ bool Explorer::Explore(const OccupancyMap& map, const Waypoint& at) {
   if (!KeepsAllClearances() && IsUncertain(map) && MakeRoom(map, *checker, at)) return true;
   if (BeginVisit(map, *checker, at)) return true;
   ViewPlan found = planner_->Plan(map, *checker, at);
+  if (found.is_confined && FlyCloser(map, at)) return true;
   switch (found.outcome) {
     case ViewPlan::Outcome::kGo:
       return FlyToView(map, *checker, std::move(found), at);
@@ -367,6 +378,15 @@ bool Explorer::Explore(const OccupancyMap& map, const Waypoint& at) {
     EndWith(kNothingToGain, mission_.when_done == WhenDone::kReturn);
   }
   return false;
+}
+
+bool Explorer::FlyCloser(const OccupancyMap& map, const Waypoint& at) {
+  if (IsUncertain(map) || flight_share_ <= kFlightShare * kLeastShare) return false;
+  const CollisionChecker closer = CheckerAt(map, at, kLeastShare);
+  ViewPlan found = planner_->Plan(map, closer, at);
+  if (found.outcome != ViewPlan::Outcome::kGo || found.is_confined) return false;
+  flight_share_ = kFlightShare * kLeastShare;
+  return FlyToView(map, closer, std::move(found), at);
 }
 
 bool Explorer::FlyToView(const OccupancyMap& map, const CollisionChecker& checker, ViewPlan found,

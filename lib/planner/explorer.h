@@ -133,8 +133,13 @@ class Explorer {
   bool NeedsPlan(const OccupancyMap& map, const Waypoint& at, Time now);
   bool HasReached(const Waypoint& at) const;
   bool IsBlocked(const OccupancyMap& map, const Waypoint& at) const;
+  /// Unknown voxels at the end of the path when it was planned.
+  int VisibleAtItsEnd() const;
   void MakePlan(const OccupancyMap& map, const Waypoint& at);
   bool Explore(const OccupancyMap& map, const Waypoint& at);
+  /// Where the clearances confine it and the map is certain: with half of them, if that lets it
+  /// out.
+  bool FlyCloser(const OccupancyMap& map, const Waypoint& at);
   /// Along the path that was found, as far as it can be flown; false when that is nowhere.
   bool FlyToView(const OccupancyMap& map, const CollisionChecker& checker, ViewPlan found,
                  const Waypoint& at);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <numbers>
 #include <set>
 
 #include "lib/planner/chamber_testing.h"
@@ -638,7 +639,7 @@ TEST_F(CoverageTest, WaitsWhereWallsThatAreElsewhereHemItIn) {
     if (sigma_m == 0) continue;
     // The scans have shown where they are.
     ForEachVoxel(AroundStart(3), [&](const VoxelKey& key) { known_.Set(key, truth_.Get(key)); });
-    FlyToTheEnd();
+    FlyToTheEnd(600);
     EXPECT_EQ(explorer_->end_reason(), "nothing_to_gain");
     EXPECT_LT(UnknownShare(), 0.1);
   }
@@ -679,7 +680,7 @@ TEST_F(CoverageTest, FeelsItsWayHomeWhereWhatIsUncertainClosesAllWays) {
     home_m += LengthOf(from, at_);
   }
   EXPECT_TRUE(explorer_->is_home());
-  EXPECT_LT(home_m, 1.25 * straight_m) << "not all the way that it came";
+  EXPECT_LT(home_m, 1.5 * straight_m) << "not all the way that it came";
 }
 
 TEST_F(CoverageTest, GivesUpAHomeThatCannotBeReached) {
@@ -693,7 +694,58 @@ TEST_F(CoverageTest, GivesUpAHomeThatCannotBeReached) {
 }
 
 // A map that moves, or a place that is known better, opens what was closed.
+TEST_F(CoverageTest, WhatItHasTurnedPastDoesNotBlockATurn) {
+  options_.hull_size_m = {0.9, 0.3, 0.4};
+  options_.view_time_s = 20;  // Whatever is to be gained is gained in few views.
+  sonar_ = NarrowSonar();
+  Restart();
+  known_ = GridMap(kChamberVoxel_m);
+  ForEachVoxel(VoxelsOf(known_.grid(), {at_.position_W_m - Vec3::Constant(0.8),
+                                        at_.position_W_m + Vec3::Constant(0.8)}),
+               [&](const VoxelKey& key) { known_.Set(key, GridMap::kFree); });
+  const Plan* plan = Update();
+  ASSERT_NE(plan, nullptr);
+  ASSERT_GE(plan->path.size(), 4u);
+  const std::vector<Waypoint> path = plan->path;
+  // Near its end it finds an obstacle where its bow has passed and its stern does not come.
+  const Waypoint &from = path[path.size() - 2], &to = path.back();
+  at_ = Interpolate(from, to, 0.7);
+  const double side = WrapAngle(to.yaw_rad - from.yaw_rad) > 0 ? 1 : -1;
+  const double passed_rad = at_.yaw_rad - side * std::numbers::pi / 2;
+  known_.Set(known_.grid().KeyOf(at_.position_W_m +
+                                 0.45 * Vec3(std::cos(passed_rad), std::sin(passed_rad), 0)),
+             GridMap::kOccupied);
+  const CollisionChecker checker = CollisionChecker(options_.collision_rules()).Scaled(0.5);
+  bool would_block = false;
+  for (std::size_t i = 2; i < path.size(); ++i)
+    would_block |= !checker.IsEdgeFree(known_, path[i - 1], path[i]);
+  ASSERT_TRUE(would_block);
+  ASSERT_TRUE(checker.IsEdgeFree(known_, at_, to));
+  EXPECT_EQ(Update(), nullptr);
+}
+
+TEST_F(CoverageTest, LeavesAPlaceThatItsClearancesConfineItTo) {
+  // A dead end that the vehicle faces, too narrow to turn with all clearances.
+  truth_.Fill({{-17, -12, -6}, {-6, -3, 5}}, GridMap::kOccupied);
+  truth_.Fill({{-17, 3, -6}, {-6, 11, 5}}, GridMap::kOccupied);
+  truth_.Fill({{-17, -2, -6}, {-15, 2, 5}}, GridMap::kOccupied);
+  Restart();
+  at_ = {{-2.2, 0.1, 0.1}, std::numbers::pi};
+  explorer_->SetStart(at_.position_W_m);
+  known_ = GridMap(kChamberVoxel_m);
+  Look(truth_, sonar_, at_.X_WB(), known_);
+  double most_x_m = at_.position_W_m.x();
+  for (int i = 0; i < 200 && explorer_->state() == ExplorerState::kExploring; ++i) {
+    Step();
+    most_x_m = std::max(most_x_m, at_.position_W_m.x());
+  }
+  EXPECT_GT(most_x_m, 1);
+}
+
 TEST_F(CoverageTest, LooksOnceMoreFromHome) {
+  exploration_.home = HomePlace::kPlace;
+  exploration_.home_m = {-2.5, 1.5, 0};  // Not where the exploration ends.
+  Restart();
   const VoxelBox door = {{4, -20, -12}, {6, 20, 12}};
   int openings = 0, ends = 0;
   ExplorerState before = ExplorerState::kExploring;

@@ -34,7 +34,8 @@ Panorama::Panorama(const SonarOptions& sonar, double range_m, const Eigen::Align
 }
 
 GainByHeading Panorama::Look(const OccupancyMap& map, const Vec3& p_W,
-                             const std::function<double(const VoxelKey&)>& weight) const {
+                             const std::function<double(const VoxelKey&)>& weight,
+                             const OccupancyMap::EndsRay& ends) const {
   GainByHeading gains{};
   const Vec3 origin_W = p_W + Vec3(0, 0, mount_z_m_);
   const Vec3 reach = Vec3::Constant(range_m_);
@@ -42,7 +43,7 @@ GainByHeading Panorama::Look(const OccupancyMap& map, const Vec3& p_W,
       Eigen::AlignedBox3d(origin_W - reach, origin_W + reach).intersection(box_W_);
   if (counted_W.isEmpty()) return gains;
   marks_.Begin(VoxelsOf(map.grid(), counted_W));
-  map.SeeUnknown(origin_W, directions_W_, min_range_m_, range_m_, unknown_);
+  map.SeeUnknown(origin_W, directions_W_, min_range_m_, range_m_, ends, unknown_);
   std::array<double, kSectors> by_sector{};
   const double voxel_m = map.grid().voxel_size_m();
   for (const VoxelKey& key : unknown_) {

@@ -23,10 +23,11 @@ class Panorama {
  public:
   Panorama(const SonarOptions& sonar, double range_m, const Eigen::AlignedBox3d& box_W);
 
-  /// Adds up the unknown voxels to see at each heading, each with its `weight`. Cost: one ray cast
-  /// a ray, see rays().
+  /// Adds up the unknown voxels to see at each heading, each with its `weight`, by rays that end
+  /// where `ends` says, see SeeUnknown(). Cost: one ray cast a ray, see rays().
   GainByHeading Look(const OccupancyMap& map, const Vec3& p_W,
-                     const std::function<double(const VoxelKey&)>& weight) const;
+                     const std::function<double(const VoxelKey&)>& weight,
+                     const OccupancyMap::EndsRay& ends = nullptr) const;
 
   std::size_t rays() const { return directions_W_.size(); }
 

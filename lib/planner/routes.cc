@@ -25,8 +25,11 @@ Routes::Routes(const PlannerOptions& options, const MotionLimits& limits,
 
 bool Routes::IsRefused(int from, int to) const {
   if (!has_refusals_[static_cast<std::size_t>(to)]) return false;
-  const auto refusal = refusals_.find(std::minmax(from, to));
-  return refusal != refusals_.end() && refusal->second.until_search > searches_;
+  const auto is_refused = [this](std::pair<int, int> places) {
+    const auto refusal = refusals_.find(places);
+    return refusal != refusals_.end() && refusal->second.until_search > searches_;
+  };
+  return is_refused(std::minmax(from, to)) || is_refused({to, to});
 }
 
 void Routes::Refuse(int from, int to) {
@@ -144,7 +147,8 @@ std::vector<Waypoint> Routes::WaypointsOf(const std::vector<int>& chain, double 
   std::vector<Waypoint> waypoints = {at_};
   for (std::size_t i = 1; i < chain.size(); ++i) {
     const Reached& reached = reached_[static_cast<std::size_t>(chain[i])];
-    const double yaw = WrapAngle(at_.yaw_rad + turn_rad * along_m[i] / along_m.back());
+    const double share = along_m.back() > 0 ? along_m[i] / along_m.back() : 1;
+    const double yaw = WrapAngle(at_.yaw_rad + share * turn_rad);
     const bool is_roomy = reached.arc == kAllHeadings;
     waypoints.push_back(
         {PositionOf(reached), is_roomy ? yaw : YawOfHeading(NearestHeading(reached.arc, yaw))});
@@ -182,6 +186,12 @@ std::optional<std::vector<Waypoint>> Routes::RouteTo(const OccupancyMap& map,
   }
   Append(way.back(), flown);
   return flown;
+}
+
+void Routes::RefuseTurnAt(int index) {
+  const int place = reached_[static_cast<std::size_t>(index)].place;
+  Refuse(place, place);
+  FindReached();
 }
 
 std::optional<int> Routes::ReachedNear(const Vec3& p_W, double radius_m,

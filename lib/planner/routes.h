@@ -38,6 +38,9 @@ class Routes {
   std::optional<std::vector<Waypoint>> RouteTo(const OccupancyMap& map,
                                                const CollisionChecker& checker, int index,
                                                double yaw_rad);
+  /// A turn at reached()[index] was found not to be free: the place counts as blocked for some
+  /// searches, that of the vehicle as one where it cannot turn, and reached() is found anew.
+  void RefuseTurnAt(int index);
   /// Which of reached() is nearest to a point, within `radius_m`, of those with one of `headings`;
   /// nothing when none is.
   std::optional<int> ReachedNear(const Vec3& p_W, double radius_m,

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
+#include <cmath>
+
 #include "lib/planner/chamber_testing.h"
 
 namespace vog {
@@ -49,6 +52,40 @@ TEST_F(RoutesTest, LeadWhereTheWholeWayIsFree) {
   }
   EXPECT_GT(routes, 10);
   EXPECT_GT(behind_the_pillar, 0);
+}
+
+TEST_F(RoutesTest, AWayOfNoLengthIsATurn) {
+  // The vehicle stands on a place of the lattice.
+  const GridMap map = Chamber();
+  Search(map, at_);
+  const Waypoint on{routes_.PositionOf(routes_.reached()[1]), 0.4};
+  Search(map, on);
+  for (int i = 0; i < 2; ++i) {
+    ASSERT_LT((routes_.PositionOf(routes_.reached()[static_cast<std::size_t>(i)]) - on.position_W_m)
+                  .norm(),
+              1e-6);
+    const auto way = routes_.RouteTo(map, *checker_, i, YawOfHeading(4));
+    ASSERT_TRUE(way);
+    for (const Waypoint& waypoint : *way) EXPECT_TRUE(std::isfinite(waypoint.yaw_rad));
+    EXPECT_NEAR(way->back().yaw_rad, YawOfHeading(4), 1e-9);
+  }
+}
+
+TEST_F(RoutesTest, APlaceWhereTheTurnIsRefusedIsLeftOutForAWhile) {
+  const GridMap map = Chamber();
+  Search(map, at_);
+  const int index = static_cast<int>(routes_.reached().size()) - 1;
+  const int place = routes_.reached()[static_cast<std::size_t>(index)].place;
+  routes_.RefuseTurnAt(index);
+  for (const Reached& reached : routes_.reached()) EXPECT_NE(reached.place, place);
+  Search(map, at_);
+  for (const Reached& reached : routes_.reached()) EXPECT_NE(reached.place, place);
+  for (int i = 0; i < 10; ++i) Search(map, at_);
+  bool is_back = false;
+  for (const Reached& reached : routes_.reached()) is_back |= reached.place == place;
+  EXPECT_TRUE(is_back);
+  routes_.RefuseTurnAt(0);
+  EXPECT_EQ(std::popcount(routes_.reached().front().arc), 1) << "where it stands it stays";
 }
 
 TEST_F(RoutesTest, EndAtWalls) {

@@ -30,7 +30,8 @@ ViewGain::ViewGain(const SonarOptions& sonar, double range_m, double ray_step_de
       directions_B_.push_back(SonarPose(sonar, tilt).linear() * BeamDirection(bearing));
 }
 
-const std::vector<VoxelKey>& ViewGain::See(const OccupancyMap& map, const Waypoint& at) const {
+const std::vector<VoxelKey>& ViewGain::See(const OccupancyMap& map, const Waypoint& at,
+                                           const OccupancyMap::EndsRay& ends) const {
   const Pose3 X_WB = at.X_WB();
   const Vec3 origin_W = X_WB * p_BS_m_;
   const Vec3 reach = Vec3::Constant(range_m_);
@@ -42,7 +43,7 @@ const std::vector<VoxelKey>& ViewGain::See(const OccupancyMap& map, const Waypoi
   directions_W_.clear();
   for (const Vec3& direction_B : directions_B_)
     directions_W_.push_back(X_WB.linear() * direction_B);
-  map.SeeUnknown(origin_W, directions_W_, min_range_m_, range_m_, unknown_);
+  map.SeeUnknown(origin_W, directions_W_, min_range_m_, range_m_, ends, unknown_);
   std::erase_if(unknown_, [this](const VoxelKey& key) { return !marks_.Mark(key); });
   return unknown_;
 }

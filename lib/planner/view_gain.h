@@ -21,8 +21,10 @@ class ViewGain {
   int Visible(const OccupancyMap& map, const Waypoint& at) const {
     return static_cast<int>(See(map, at).size());
   }
-  /// The voxels themselves, each once; valid until the next call.
-  const std::vector<VoxelKey>& See(const OccupancyMap& map, const Waypoint& at) const;
+  /// The voxels themselves, each once, by rays that end where `ends` says, see SeeUnknown(); valid
+  /// until the next call.
+  const std::vector<VoxelKey>& See(const OccupancyMap& map, const Waypoint& at,
+                                   const OccupancyMap::EndsRay& ends = nullptr) const;
 
   std::size_t rays() const { return directions_B_.size(); }
 

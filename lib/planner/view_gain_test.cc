@@ -14,7 +14,7 @@ constexpr double kRange_m = 3, kStep_deg = 6;
 
 /// Walks each ray by the millimetre.
 int VisibleByHand(const GridMap& map, const SonarOptions& sonar, const Eigen::AlignedBox3d& box_W,
-                  const Waypoint& at) {
+                  const Waypoint& at, const OccupancyMap::EndsRay& ends) {
   const auto angles = [](double half_deg) {
     const int steps = static_cast<int>(std::ceil(2 * half_deg / kStep_deg));
     std::vector<double> all;
@@ -34,8 +34,9 @@ int VisibleByHand(const GridMap& map, const SonarOptions& sonar, const Eigen::Al
         last = key;
         if (map.IsOccupied(map.Get(key))) break;
         // Voxels that begin in front of the window do not count.
-        if (is_new && !IsKnown(map.Get(key)) && s >= sonar.min_range_m && counted.Contains(key))
-          seen.insert(key);
+        if (!is_new || IsKnown(map.Get(key)) || s < sonar.min_range_m) continue;
+        if (counted.Contains(key)) seen.insert(key);
+        if (ends(key)) break;
       }
     }
   }
@@ -52,7 +53,7 @@ GridMap RandomMap(Random& random) {
 
 TEST(ViewGainTest, CountsTheUnknownVoxelsThatRaysMeet) {
   Random random(1, "view");
-  int sum = 0;
+  int sum = 0, ended_early = 0;
   for (int i = 0; i < 12; ++i) {
     const GridMap map = RandomMap(random);
     SonarOptions sonar = WideSonar();
@@ -61,13 +62,20 @@ TEST(ViewGainTest, CountsTheUnknownVoxelsThatRaysMeet) {
     if (i % 3 == 0) sonar.max_range_m = 2;
     const Eigen::AlignedBox3d box_W(Vec3(-2, -1, -1.5), Vec3(3, 2.5, 1));
     const Waypoint at{random.GaussianVector(Vec3::Constant(0.5)), random.Uniform(-3, 3)};
-    const int expected = VisibleByHand(map, sonar, box_W, at);
+    const ViewGain dut(sonar, kRange_m, kStep_deg, box_W);
+    const int expected =
+        VisibleByHand(map, sonar, box_W, at, [](const VoxelKey&) { return false; });
     // Steps of a millimetre miss a corner now and then.
-    EXPECT_NEAR(ViewGain(sonar, kRange_m, kStep_deg, box_W).Visible(map, at), expected,
-                3 + 0.02 * expected);
-    sum += expected;
+    EXPECT_NEAR(dut.Visible(map, at), expected, 3 + 0.02 * expected);
+    const auto ends = [](const VoxelKey& key) { return (key.x + key.y + key.z) % 7 == 0; };
+    const int ended = VisibleByHand(map, sonar, box_W, at, ends);
+    EXPECT_NEAR(static_cast<int>(dut.See(map, at, ends).size()), ended, 3 + 0.02 * ended);
+    EXPECT_LE(ended, expected);
+    sum += ended;
+    ended_early += expected - ended;
   }
   EXPECT_GT(sum, 1000);
+  EXPECT_GT(ended_early, 500);
 }
 
 TEST(ViewGainTest, TheSameViewAgainIsTheSame) {

@@ -19,6 +19,7 @@ struct ViewPlan {
     kNoWay,    ///< The vehicle cannot move from where it is.
   };
   Outcome outcome = Outcome::kNoWay;
+  bool is_confined = false;    ///< With these clearances it can neither turn around nor go far.
   std::vector<Waypoint> path;  ///< From the vehicle on; a single one: look on from here.
   std::vector<TreeNode> tree;  ///< What was considered; the vehicle is its root.
   int best = -1;               ///< Node that the best branch ends in.
@@ -34,8 +35,10 @@ class ViewPlanner {
                         const Waypoint& at) = 0;
   /// To be called once a second with where the vehicle is: what its sonar may see from there.
   virtual void Look(const OccupancyMap&, const Waypoint&) {}
-  /// Whether flying on along `path` has become pointless.
-  virtual bool IsObsolete(const OccupancyMap&, const std::vector<Waypoint>& /*path*/) const {
+  /// Whether flying on along `path` has become pointless;
+  /// at its end so many voxels were to be seen when it was planned.
+  virtual bool IsObsolete(const OccupancyMap&, const std::vector<Waypoint>& /*path*/,
+                          int /*visible*/) const {
     return false;
   }
   /// Whether the voxel was looked at for so long that it will stay unknown.

@@ -100,9 +100,9 @@ std::optional<RayVoxel> CautiousMap::FirstHit(const Vec3& origin_W, const Vec3& 
 }
 
 void CautiousMap::SeeUnknown(const Vec3& origin_W, std::span<const Vec3> directions_W,
-                             double min_range_m, double range_m,
+                             double min_range_m, double range_m, const EndsRay& ends,
                              std::vector<VoxelKey>& unknown) const {
-  all_.SeeUnknown(origin_W, directions_W, min_range_m, range_m, unknown);
+  all_.SeeUnknown(origin_W, directions_W, min_range_m, range_m, ends, unknown);
 }
 
 void CautiousMap::SigmaOf(std::span<const VoxelKey> voxels, std::span<float> sigma_m) const {

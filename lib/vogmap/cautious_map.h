@@ -31,7 +31,8 @@ class CautiousMap : public OccupancyMap {
   std::optional<RayVoxel> FirstHit(const Vec3& origin_W, const Vec3& direction_W,
                                    double range_m) const override;
   void SeeUnknown(const Vec3& origin_W, std::span<const Vec3> directions_W, double min_range_m,
-                  double range_m, std::vector<VoxelKey>& unknown) const override;
+                  double range_m, const EndsRay& ends,
+                  std::vector<VoxelKey>& unknown) const override;
   void SigmaOf(std::span<const VoxelKey> voxels, std::span<float> sigma_m) const override;
   double max_sigma_m() const override { return all_.max_sigma_m(); }
   bool IsSurelyKnown(std::span<const VoxelKey> voxels) const override;

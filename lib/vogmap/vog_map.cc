@@ -532,10 +532,11 @@ std::optional<RayVoxel> VogMap::FirstHit(const Vec3& origin_W, const Vec3& direc
 }
 
 void VogMap::SeeUnknown(const Vec3& origin_W, std::span<const Vec3> directions_W,
-                        double min_range_m, double range_m, std::vector<VoxelKey>& unknown) const {
+                        double min_range_m, double range_m, const EndsRay& ends,
+                        std::vector<VoxelKey>& unknown) const {
   constexpr std::size_t kFew = 3;  // Side by side, one ray takes as long as these one by one.
   if (directions_W.size() < kFew || !ViewWalk::Holds(grid(), origin_W, range_m)) {
-    SubmapMap::SeeUnknown(origin_W, directions_W, min_range_m, range_m, unknown);
+    SubmapMap::SeeUnknown(origin_W, directions_W, min_range_m, range_m, ends, unknown);
     return;
   }
   unknown.clear();
@@ -551,7 +552,7 @@ void VogMap::SeeUnknown(const Vec3& origin_W, std::span<const Vec3> directions_W
     for (std::size_t left = rays; left > 0;) {
       const ViewWalk::Round& round = walk.Next();
       for (std::size_t i = 0; i < rays; ++i)
-        if (!gazes[i].is_over && !Follow(round, i, min_range_m, gazes[i])) --left;
+        if (!gazes[i].is_over && !Follow(round, i, min_range_m, ends, gazes[i])) --left;
     }
     for (std::size_t i = 0; i < rays; ++i)
       unknown.insert(unknown.end(), gazes[i].unknown.begin(), gazes[i].unknown.end());
@@ -559,7 +560,7 @@ void VogMap::SeeUnknown(const Vec3& origin_W, std::span<const Vec3> directions_W
 }
 
 bool VogMap::Follow(const ViewWalk::Round& round, std::size_t lane, double min_range_m,
-                    Gaze& gaze) const {
+                    const EndsRay& ends, Gaze& gaze) const {
   for (int step = 0; step < ViewWalk::kRound; ++step) {
     const double entered_m = round.entered_m[step][lane];
     if (std::isnan(entered_m)) return !(gaze.is_over = true);
@@ -568,8 +569,10 @@ bool VogMap::Follow(const ViewWalk::Round& round, std::size_t lane, double min_r
       gaze.block = &cache_->BlockOf(BlockKeyOf(ViewWalk::Unpack(voxel)));
     gaze.last = voxel;
     const LogOddsUnits units = cache_->UnitsOf(*gaze.block, IndexInBlock(voxel));
-    if (units == kUnknownUnits && entered_m >= min_range_m)
+    if (units == kUnknownUnits && entered_m >= min_range_m) {
       gaze.unknown.push_back(ViewWalk::Unpack(voxel));
+      if (ends && ends(gaze.unknown.back())) return !(gaze.is_over = true);
+    }
     if (units >= model().occupied_from) return !(gaze.is_over = true);
   }
   return true;

@@ -42,7 +42,8 @@ class VogMap final : public SubmapMap {
   std::optional<RayVoxel> FirstHit(const Vec3& origin_W, const Vec3& direction_W,
                                    double range_m) const override;
   void SeeUnknown(const Vec3& origin_W, std::span<const Vec3> directions_W, double min_range_m,
-                  double range_m, std::vector<VoxelKey>& unknown) const override;
+                  double range_m, const EndsRay& ends,
+                  std::vector<VoxelKey>& unknown) const override;
   void SigmaOf(std::span<const VoxelKey> voxels, std::span<float> sigma_m) const override;
 
   /// Gives the memory of remembered answers back; the answers stay.
@@ -59,7 +60,8 @@ class VogMap final : public SubmapMap {
   void WalkAnswers(const Vec3& origin_W, const Vec3& direction_W, double range_m,
                    Visit visit) const;
   /// Looks along the ray of a lane for a round; false once it has ended.
-  bool Follow(const ViewWalk::Round& round, std::size_t lane, double min_range_m, Gaze& gaze) const;
+  bool Follow(const ViewWalk::Round& round, std::size_t lane, double min_range_m,
+              const EndsRay& ends, Gaze& gaze) const;
 
   std::unique_ptr<Cache> cache_;
 };

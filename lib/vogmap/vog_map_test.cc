@@ -277,6 +277,7 @@ TEST_F(VogMapTest, ViewsSeeAndRaysHitWhatIsCast) {
   constexpr double kMinRange_m = 0.4, kRange_m = 2;
   for (int id = 0; id < 6; ++id) Place(id);
   int hits = 0;
+  int ended_early = 0;
   std::size_t unknown = 0;
   for (int view = 0; view < 40; ++view) {
     // Also from where voxels have no short keys.
@@ -284,15 +285,19 @@ TEST_F(VogMapTest, ViewsSeeAndRaysHitWhatIsCast) {
     const Vec3 origin_W = far_W + RandomPoint(kHalfSide_m, random_);
     std::vector<Vec3> directions_W;
     std::vector<RayVoxel> ray;
-    std::vector<VoxelKey> expected, seen = {{1, 2, 3}};  // What was there is replaced.
+    const auto ends = [&](const VoxelKey& key) { return (key.x + key.y + key.z) % 9 == view % 9; };
+    std::vector<VoxelKey> expected, expected_ended, seen = {{1, 2, 3}};  // That is replaced.
     for (int i = 0; i < view; ++i) {
       directions_W.push_back(RandomPoint(1, random_).normalized());
       dut_.CastRay(origin_W, directions_W.back(), kRange_m, ray);
+      bool has_ended = false;
       for (const RayVoxel& voxel : ray) {
         EXPECT_PRED2(IsSameAnswer, voxel.log_odds,
                      literal_.LogOddsAt(dut_.grid().CenterOf(voxel.key)));
-        if (!IsKnown(voxel.log_odds) && voxel.entered_m >= kMinRange_m)
-          expected.push_back(voxel.key);
+        if (IsKnown(voxel.log_odds) || voxel.entered_m < kMinRange_m) continue;
+        expected.push_back(voxel.key);
+        if (!has_ended) expected_ended.push_back(voxel.key);
+        has_ended |= ends(voxel.key);
       }
       const auto hit = dut_.FirstHit(origin_W, directions_W.back(), kRange_m);
       ASSERT_EQ(hit.has_value(), dut_.IsOccupied(ray.back().log_odds));
@@ -302,14 +307,18 @@ TEST_F(VogMapTest, ViewsSeeAndRaysHitWhatIsCast) {
         ++hits;
       }
     }
-    dut_.SeeUnknown(origin_W, directions_W, kMinRange_m, kRange_m, seen);
+    dut_.SeeUnknown(origin_W, directions_W, kMinRange_m, kRange_m, nullptr, seen);
     EXPECT_EQ(seen, expected);
     unknown += seen.size();
+    dut_.SeeUnknown(origin_W, directions_W, kMinRange_m, kRange_m, ends, seen);
+    EXPECT_EQ(seen, expected_ended);
+    ended_early += expected_ended.size() < expected.size();
     if (view == 20) SetOpen();
     if (view > 20) GrowOpen();
   }
   EXPECT_GT(hits, 10);
   EXPECT_GT(unknown, 100u);
+  EXPECT_GT(ended_early, 10);
 }
 
 TEST_F(VogMapTest, BoxesReadTheSameAsTheirVoxels) {

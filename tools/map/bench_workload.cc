@@ -111,7 +111,7 @@ std::size_t CountUnknown(const OccupancyMap& map, std::span<const BenchView> vie
   std::size_t count = 0;
   std::vector<VoxelKey> unknown;
   for (const BenchView& view : views) {
-    map.SeeUnknown(view.origin_W, view.directions_W, 0, kRayLength_m, unknown);
+    map.SeeUnknown(view.origin_W, view.directions_W, 0, kRayLength_m, nullptr, unknown);
     count += unknown.size();
   }
   return count;

@@ -124,28 +124,38 @@ bool CoveragePlanner::MustGoAhead(const OccupancyMap& map, const CollisionChecke
   return known.goes_ahead;
 }
 
+double CoveragePlanner::GainOf(const Reached& reached, int heading) {
+  const double voxels = KnownOf(reached).gain[static_cast<std::size_t>(heading)];
+  return voxels < options_.zero_gain_voxels ? 0 : voxels;
+}
+
+CoveragePlanner::View CoveragePlanner::BestTurnOn(int index, int heading, int side, double time_s) {
+  const Reached& reached = routes_.reached()[static_cast<std::size_t>(index)];
+  View best{.reached = index};
+  double voxels = GainOf(reached, heading);
+  for (int turns = 0; turns <= kMostTurnsOn; ++turns) {
+    View view{index, heading, side * turns};
+    const int last = view.last_heading();
+    if ((reached.arc >> last & 1) == 0) break;
+    const double gain = GainOf(reached, last);
+    if (turns > 0) voxels += turn_on_share_ * gain;
+    view.utility = voxels / (time_s + turns * turn_on_s_);
+    if (gain > 0 && view.utility > best.utility) best = view;
+  }
+  return best;
+}
+
 CoveragePlanner::View CoveragePlanner::BestViewAt(int index, const Waypoint& at) {
   const Reached& reached = routes_.reached()[static_cast<std::size_t>(index)];
   const GainByHeading& gain = KnownOf(reached).gain;
   View best{.reached = index};
   if (*std::max_element(gain.begin(), gain.end()) < options_.zero_gain_voxels) return best;
-  const auto gain_of = [&](int heading) -> double {
-    const double voxels = gain[static_cast<std::size_t>(heading)];
-    return voxels < options_.zero_gain_voxels ? 0 : voxels;
-  };
   for (int heading = 0; heading < kHeadings; ++heading) {
     if ((reached.arc >> heading & 1) == 0) continue;
     const double time_s = ViewTime_s(reached, heading, at);
     for (const int side : {1, -1}) {
-      double voxels = gain_of(heading);
-      for (int turns = 0; turns <= kMostTurnsOn; ++turns) {
-        View view{index, heading, side * turns};
-        const int last = view.last_heading();
-        if ((reached.arc >> last & 1) == 0) break;
-        if (turns > 0) voxels += turn_on_share_ * gain_of(last);
-        view.utility = voxels / (time_s + turns * turn_on_s_);
-        if (gain_of(last) > 0 && view.utility > best.utility) best = view;
-      }
+      const View view = BestTurnOn(index, heading, side, time_s);
+      if (view.utility > best.utility) best = view;
     }
   }
   return best;
@@ -213,9 +223,8 @@ std::optional<std::vector<Waypoint>> CoveragePlanner::WayTo(const OccupancyMap& 
     way->push_back(turned);
   }
   const Reached& reached = routes_.reached()[static_cast<std::size_t>(view.reached)];
-  const bool gains = KnownOf(reached).gain[static_cast<std::size_t>(view.heading)] >=
-                     static_cast<float>(options_.zero_gain_voxels);
-  if (way->size() > to_heading || view.turns_on == 0 || gains) return way;
+  const bool has_turned = way->size() > to_heading;
+  if (has_turned || view.turns_on == 0 || GainOf(reached, view.heading) > 0) return way;
   routes_.RefuseTurnAt(view.reached);
   return std::nullopt;
 }

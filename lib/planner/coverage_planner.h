@@ -52,9 +52,13 @@ class CoveragePlanner final : public ViewPlanner {
 
   Known& KnownOf(const Reached& reached);
   void LookFrom(const OccupancyMap& map, const Reached& reached);
+  /// What a heading of a place gains by what is known of it; 0 when that counts as nothing.
+  double GainOf(const Reached& reached, int heading);
   /// The best heading of a place by what is known of it, or the best turn: what the fan sees while
   /// it turns counts too.
   View BestViewAt(int index, const Waypoint& at);
+  /// The best of those that begin with `heading` after `time_s` and turn on to one side.
+  View BestTurnOn(int index, int heading, int side, double time_s);
   /// What a view costs, way and turn included.
   double ViewTime_s(const Reached& reached, int heading, const Waypoint& at);
   /// Tests whether the sonar must be turned to where the way to a place goes, FlownStep(), by the

@@ -35,8 +35,8 @@ class ViewPlanner {
                         const Waypoint& at) = 0;
   /// To be called once a second with where the vehicle is: what its sonar may see from there.
   virtual void Look(const OccupancyMap&, const Waypoint&) {}
-  /// Whether flying on along `path` has become pointless;
-  /// at its end so many voxels were to be seen when it was planned.
+  /// Whether flying on along `path` has become pointless. When it was planned, `visible` voxels
+  /// were to be seen at its end.
   virtual bool IsObsolete(const OccupancyMap&, const std::vector<Waypoint>& /*path*/,
                           int /*visible*/) const {
     return false;

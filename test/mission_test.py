@@ -33,6 +33,10 @@ class MissionTest(VogTest):
         self.assertLess(metrics["rmse_m"]["vog"], 0.8 * metrics["rmse_m"]["standard"])
         self.assertLess(metrics["point_error_m"]["estimate"],
                         0.6 * metrics["point_error_m"]["odometry"])
+        errors_m = {name: error["mean"] for name, error in metrics["position_error_m"].items()}
+        self.assertLess(errors_m["estimate"], errors_m["odometry"])
+        self.assertLess(errors_m["within_submaps"], 0.7 * errors_m["odometry"])
+        self.assertGreater(errors_m["within_submaps"], 0.01)
         self.assertGreater(metrics["coverage"]["surface"], 0.35)
         self.assertGreater(metrics["coverage"]["volume"], 0.5)
         self.assertGreater(metrics["loop_closures"]["full"] + metrics["loop_closures"]["partial"],

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <queue>
+#include <utility>
 
 #include "lib/planner/flown_step.h"
 
@@ -16,6 +17,8 @@ constexpr int kPlaces = 50, kNewPlaces = 22, kLastPlaces = 15;
 constexpr int kTreeViews = 10;
 /// Views whose ways are tested in one plan.
 constexpr int kWays = 12;
+/// Ways to a place that are refused until it is left out, until the next plan that goes anywhere.
+constexpr int kMostRefusals = 12;
 /// Headings that a view turns on by, at most: less than a whole turn.
 constexpr int kMostTurnsOn = kHeadings - 1;
 /// A vehicle that reaches fewer places and cannot turn on its own is confined.
@@ -59,6 +62,9 @@ CoveragePlanner::CoveragePlanner(const PlannerOptions& options, const MotionLimi
 
 void CoveragePlanner::Look(const OccupancyMap& map, const Waypoint& at) {
   looked_at_.Note(map.grid(), view_.See(map, at));
+  if (plans_ == 0) return;
+  looks_left_ = kNewPlaces;
+  LookAtNewPlaces(map, 0);
 }
 
 double CoveragePlanner::WeightOf(const VoxelKey& key) const {
@@ -91,13 +97,38 @@ CoveragePlanner::Known& CoveragePlanner::KnownOf(const Reached& reached) {
   return reached.place < 0 ? known_.back() : known_[static_cast<std::size_t>(reached.place)];
 }
 
+GainByHeading CoveragePlanner::LookAround(const OccupancyMap& map, const Reached& reached,
+                                          const OccupancyMap::EndsRay& ends) const {
+  return panorama_.Look(
+      map, routes_.PositionOf(reached), [this](const VoxelKey& key) { return WeightOf(key); },
+      ends);
+}
+
 void CoveragePlanner::LookFrom(const OccupancyMap& map, const Reached& reached) {
   --looks_left_;
   Known& known = KnownOf(reached);
-  known.gain = panorama_.Look(
-      map, routes_.PositionOf(reached), [this](const VoxelKey& key) { return WeightOf(key); },
-      WhereSurfacesGoOn());
+  known.gain = LookAround(map, reached, WhereSurfacesGoOn());
   known.in_plan = plans_;
+}
+
+void CoveragePlanner::SearchFrom(const OccupancyMap& map, const Reached& reached) {
+  if (!looks_through_) {
+    --looks_left_;
+    Known& known = KnownOf(reached);
+    known.gain = LookAround(map, reached, nullptr);
+    known.in_plan = plans_;
+    if (*std::max_element(known.gain.begin(), known.gain.end()) < options_.zero_gain_voxels) {
+      known.empty_in_plan = plans_;
+      return;
+    }
+  }
+  LookFrom(map, reached);
+}
+
+bool CoveragePlanner::IsSearched(const Reached& reached) {
+  const Known& known = KnownOf(reached);
+  return nothing_since_ >= 0 &&
+         (known.empty_in_plan >= nothing_since_ || known.in_plan >= searched_since_);
 }
 
 double CoveragePlanner::ViewTime_s(const Reached& reached, int heading, const Waypoint& at) {
@@ -149,6 +180,7 @@ CoveragePlanner::View CoveragePlanner::BestViewAt(int index, const Waypoint& at)
   const Reached& reached = routes_.reached()[static_cast<std::size_t>(index)];
   const GainByHeading& gain = KnownOf(reached).gain;
   View best{.reached = index};
+  if (IsGivenUp(KnownOf(reached))) return best;
   if (*std::max_element(gain.begin(), gain.end()) < options_.zero_gain_voxels) return best;
   for (int heading = 0; heading < kHeadings; ++heading) {
     if ((reached.arc >> heading & 1) == 0) continue;
@@ -161,12 +193,10 @@ CoveragePlanner::View CoveragePlanner::BestViewAt(int index, const Waypoint& at)
   return best;
 }
 
-void CoveragePlanner::LookAtNewPlaces(const OccupancyMap& map) {
-  known_.resize(static_cast<std::size_t>(routes_.free_places().places()) + 1);
-  LookFrom(map, routes_.reached().front());
+void CoveragePlanner::LookAtNewPlaces(const OccupancyMap& map, int looks_to_leave) {
   for (const Reached& reached : routes_.reached()) {
     if (KnownOf(reached).in_plan >= 0) continue;
-    if (looks_left_ <= kPlaces - kNewPlaces) return;
+    if (looks_left_ <= looks_to_leave) return;
     LookFrom(map, reached);
   }
 }
@@ -186,7 +216,7 @@ CoveragePlanner::View CoveragePlanner::FindBest(const OccupancyMap& map,
     View view = queue.top();
     queue.pop();
     const Reached& reached = routes_.reached()[static_cast<std::size_t>(view.reached)];
-    if (KnownOf(reached).in_plan != plans_) {
+    if (KnownOf(reached).in_plan != plans_ && !IsSearched(reached)) {
       if (looks_left_ <= kLastPlaces) break;
       LookFrom(map, reached);
     } else if (KnownOf(reached).ahead_in_plan == plans_ ||
@@ -251,16 +281,16 @@ ViewPlan CoveragePlanner::GoTo(const View& view, const std::vector<Waypoint>& wa
 ViewPlan CoveragePlanner::LookForMore(const OccupancyMap& map) {
   ViewPlan plan;
   plan.outcome = ViewPlan::Outcome::kNothing;
-  if (nothing_since_ < 0) nothing_since_ = plans_;
+  if (nothing_since_ < 0) nothing_since_ = searched_since_ = plans_;
   for (const Reached& reached : routes_.reached()) {
-    if (KnownOf(reached).in_plan >= nothing_since_) continue;
+    if (IsSearched(reached)) continue;
     plan.outcome = ViewPlan::Outcome::kLookOn;
     if (looks_left_ <= 0) break;
-    LookFrom(map, reached);
+    SearchFrom(map, reached);
   }
   if (plan.outcome == ViewPlan::Outcome::kNothing && !looks_through_) {
     looks_through_ = true;
-    nothing_since_ = plans_ + 1;
+    searched_since_ = plans_ + 1;
     plan.outcome = ViewPlan::Outcome::kLookOn;
   }
   return plan;
@@ -300,7 +330,17 @@ ViewPlan CoveragePlanner::GrowTree(const OccupancyMap& map, const CollisionCheck
   return plan;
 }
 
+void CoveragePlanner::NoteRefusal(Known& known) {
+  if (std::exchange(known.since_gain, gains_) != gains_) known.refusals = 0;
+  ++known.refusals;
+}
+
+bool CoveragePlanner::IsGivenUp(const Known& known) const {
+  return known.since_gain == gains_ && known.refusals >= kMostRefusals;
+}
+
 void CoveragePlanner::NoteGain() {
+  ++gains_;
   nothing_since_ = -1;
   tree_views_ = 0;
 }
@@ -312,7 +352,9 @@ ViewPlan CoveragePlanner::Plan(const OccupancyMap& map, const CollisionChecker& 
   routes_.Search(map, checker, at);
   const bool is_confined =
       routes_.reached().front().arc != kAllHeadings && routes_.reached().size() < kFewPlaces;
-  LookAtNewPlaces(map);
+  known_.resize(static_cast<std::size_t>(routes_.free_places().places()) + 1);
+  LookFrom(map, routes_.reached().front());
+  LookAtNewPlaces(map, kPlaces - kNewPlaces);
   ViewPlan plan = FindPlan(map, checker, at);
   plan.is_confined = is_confined;
   return plan;
@@ -324,12 +366,14 @@ ViewPlan CoveragePlanner::FindPlan(const OccupancyMap& map, const CollisionCheck
   for (int tries = 0; tries < kWays; ++tries) {
     const View view = FindBest(map, checker, at);
     if (view.reached < 0) break;
+    Known& known = KnownOf(routes_.reached()[static_cast<std::size_t>(view.reached)]);
     const auto way = WayTo(map, checker, view);
     if (way) {
       NoteGain();
       return GoTo(view, *way);
     }
     was_refused = true;
+    NoteRefusal(known);
   }
   ViewPlan plan = LookForMore(map);
   if (plan.outcome == ViewPlan::Outcome::kNothing) plan = GrowTree(map, checker, at);

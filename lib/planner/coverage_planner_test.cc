@@ -72,6 +72,39 @@ TEST_F(CoveragePlannerTest, LooksThroughGapsInTheEnd) {
             ToRadians(NarrowSonar().fov_deg));
 }
 
+TEST_F(CoveragePlannerTest, SearchesEachPlaceOnceBeforeItEnds) {
+  // What is left is too little to count, but a rough look from anywhere promises more.
+  GridMap map = Chamber();
+  for (const int x : {-12, -1, 12})
+    for (const int y : {-15, 12}) map.Fill({{x - 1, y, -1}, {x + 1, y + 2, 1}}, kUnknownLogOdds);
+  for (const int x : {-20, 17}) map.Fill({{x, -1, -1}, {x + 2, 1, 1}}, kUnknownLogOdds);
+  const Waypoint at{{-2, -1.5, 0.1}, 0};
+  Routes routes(options_, MotionLimits{0.25, 0.15}, ChamberBox());
+  routes.Search(map, checker_, at);
+  const auto places = static_cast<int>(routes.reached().size());
+  ASSERT_GT(places, 300);
+  int plans = 1;
+  ViewPlan plan = Plan(map, at);
+  for (; plan.outcome == ViewPlan::Outcome::kLookOn; plan = Plan(map, at)) ASSERT_LT(++plans, 1000);
+  EXPECT_EQ(plan.outcome, ViewPlan::Outcome::kNothing);
+  // Fifty looks a plan, few places looked at twice, and a tree of which ten views come in a plan.
+  EXPECT_LT(plans, 1.6 * places / 50 + options_.max_tree_nodes / 10 + 2);
+}
+
+TEST_F(CoveragePlannerTest, LooksFromNewPlacesWhileItFlies) {
+  // What is left is behind a wall with a door, far from here.
+  GridMap map = Chamber();
+  map.Fill({{4, -12, -6}, {4, 11, 5}}, GridMap::kOccupied);
+  map.Fill({{4, 3, -4}, {4, 10, 3}}, GridMap::kFree);
+  map.Fill({{8, -12, -6}, {16, -7, 5}}, kUnknownLogOdds);
+  const Waypoint at{{-2, -1.5, 0.1}, 0};
+  ASSERT_EQ(Plan(map, at).outcome, ViewPlan::Outcome::kLookOn) << "most places are still new";
+  for (int second = 0; second < 60; ++second) planner_.Look(map, at);
+  const ViewPlan plan = Plan(map, at);
+  ASSERT_EQ(plan.outcome, ViewPlan::Outcome::kGo);
+  EXPECT_GT(plan.tree.back().at.position_W_m.x(), 0.9);
+}
+
 TEST_F(CoveragePlannerTest, SaysWhenItsClearancesConfineIt) {
   // As wide as the hull with its clearances, not as its diagonal, and short.
   GridMap map = Chamber();

@@ -116,8 +116,8 @@ G2oGraph Slam::ToG2o() const {
 }
 
 void Slam::CloseLoops(const SubmapShape& source) {
-  const auto lost = LostCandidates(source);
-  if (!lost.empty()) FindItself(source, lost);
+  const bool is_lost = IsLostAmongAll(source.id);
+  if (is_lost) FindItself(source, LostCandidates(source));
   const LoopClosureOptions& options = settings_.loop_closure;
   std::vector<LoopCandidate> candidates = OverlappingSubmaps(source);
   auto alone = candidates;
@@ -126,10 +126,13 @@ void Slam::CloseLoops(const SubmapShape& source) {
   });
   KeepBest(options, &LoopCandidate::information, alone);
   CloseWith(source, std::move(alone));
-  if (options.region_submaps == 1 || IsPlaced(source.id)) return;
-  std::erase_if(candidates,
-                [&](const LoopCandidate& candidate) { return IsJoined(candidate.id, source.id); });
-  CloseWith(source, JoinRegions(options, settings_.registration, graph_, std::move(candidates)));
+  if (options.region_submaps > 1 && !IsPlaced(source.id)) {
+    std::erase_if(candidates, [&](const LoopCandidate& candidate) {
+      return IsJoined(candidate.id, source.id);
+    });
+    CloseWith(source, JoinRegions(options, settings_.registration, graph_, std::move(candidates)));
+  }
+  if (!is_lost && AcceptedOf(source.id).empty()) FindItself(source, LostCandidates(source));
 }
 
 std::vector<LoopCandidate> Slam::OverlappingSubmaps(const SubmapShape& source) const {
@@ -156,43 +159,68 @@ void Slam::CloseWith(const SubmapShape& source, std::vector<LoopCandidate> candi
 }
 
 /// The one registration that fits best has to be right: what is as uncertain as this is
-/// contradicted by nothing else. All others are judged by the place that it finds.
+/// contradicted by little else. All others are judged by the place that it finds. One that leaves
+/// directions open may fit a thing that looks like the right one: where another fits and
+/// contradicts it, none is taken.
 void Slam::FindItself(const SubmapShape& source, const std::vector<LoopCandidate>& lost) {
-  const std::vector<LoopClosure> loops = Try(source, lost);
-  const LoopClosure* best = nullptr;
-  const auto misfit = [](const LoopClosure& loop) { return loop.rmse_m / loop.overlap; };
-  for (const LoopClosure& loop : loops) {
-    const bool is_full = loop.accepted && loop.constraint.kind == ConstraintKind::kFullClosure;
-    if (is_full && (best == nullptr || misfit(loop) < misfit(*best))) best = &loop;
-  }
-  if (best == nullptr) return;
-  Close(*best);
+  std::vector<LoopClosure> loops = Try(source, lost);
+  std::erase_if(loops, [](const LoopClosure& loop) { return !loop.accepted; });
+  if (loops.empty()) return;
+  const auto merit = [](const LoopClosure& loop) {
+    return std::pair(loop.constraint.kind != ConstraintKind::kFullClosure,
+                     loop.rmse_m / loop.overlap);
+  };
+  const LoopClosure best = *std::min_element(
+      loops.begin(), loops.end(),
+      [&](const LoopClosure& a, const LoopClosure& b) { return merit(a) < merit(b); });
+  Close(best);
+  graph_.Solve();
+  if (best.constraint.kind == ConstraintKind::kFullClosure) return;
+  if (std::all_of(loops.begin(), loops.end(), [&](const LoopClosure& loop) {
+        return graph_.ChiSquareOf(loop.constraint) <= ChiSquare99(loop.directions);
+      }))
+    return;
+  Closure& closed = closures_.back();
+  graph_.RemoveConstraint(closed.constraint);
+  closed = {Reject(closed.loop, "more than one place fits"), -1};
   graph_.Solve();
 }
 
-std::vector<LoopCandidate> Slam::LostCandidates(const SubmapShape& source) const {
+bool Slam::IsLostAmongAll(SubmapId newest) const {
   // No pair is more uncertain than the older one relative to the last submap and the newest edge
-  // together.
-  const auto newest_edge = graph_.constraints().rbegin();
-  if (newest_edge == graph_.constraints().rend()) return {};
-  const double edge_sigma_m = HorizontalSigma(newest_edge->second.Information().inverse());
+  // together. Where one is known well, all others are known as well as the graph can tell.
+  if (shapes_.size() < 2) return false;
+  std::vector<LoopCandidate> others;
+  for (const auto& [id, shape] : shapes_) {
+    if (newest - id < settings_.loop_closure.min_separation) continue;
+    if (!IsLost(settings_.registration, SigmaBound_m(id))) return false;
+    others.push_back({id});
+  }
+  PredictCovariances(newest, others);
+  return std::all_of(others.begin(), others.end(), [&](const LoopCandidate& other) {
+    return IsLost(settings_.registration, HorizontalSigma(other.covariance));
+  });
+}
+
+double Slam::SigmaBound_m(SubmapId id) const {
+  const Constraint& newest_edge = graph_.constraints().rbegin()->second;
+  return HorizontalSigma(covariances_.at(id).of_X_MN) +
+         HorizontalSigma(newest_edge.Information().inverse());
+}
+std::vector<LoopCandidate> Slam::LostCandidates(const SubmapShape& source) const {
   const LoopClosureOptions& options = settings_.loop_closure;
   std::vector<LoopCandidate> lost;
   for (const auto& [id, shape] : shapes_) {
-    if (source.id - id < options.min_separation) continue;
-    // Where one is known well, all others are known as well as the graph can tell.
-    const double sigma_m = HorizontalSigma(covariances_.at(id).of_X_MN) + edge_sigma_m;
-    if (!IsLost(settings_.registration, sigma_m)) return {};
+    if (source.id - id < options.min_separation ||
+        !IsLost(settings_.registration, SigmaBound_m(id)))
+      continue;
     lost.push_back({id});
     lost.back().members = {{shape.get()}};
   }
   PredictCovariances(source.id, lost);
-  if (!std::all_of(lost.begin(), lost.end(), [&](const LoopCandidate& candidate) {
-        return IsLost(settings_.registration, HorizontalSigma(candidate.covariance));
-      }))
-    return {};
   ParallelFor(lost.size(), [&](std::size_t c) {
     LoopCandidate& candidate = lost[c];
+    if (!IsLost(settings_.registration, HorizontalSigma(candidate.covariance))) return;
     for (const SearchPlace& place :
          SearchPlaces(settings_.registration, *shapes_.at(candidate.id), source,
                       PredictedX_ik(candidate.id, source.id), candidate.covariance)) {
@@ -201,7 +229,7 @@ std::vector<LoopCandidate> Slam::LostCandidates(const SubmapShape& source) const
     }
   });
   std::erase_if(lost, [&](const LoopCandidate& candidate) {
-    return candidate.predicted_overlap < options.min_predicted_overlap;
+    return candidate.starts.empty() || candidate.predicted_overlap < options.min_predicted_overlap;
   });
   KeepBest(options, &LoopCandidate::predicted_overlap, lost);
   return lost;

@@ -120,8 +120,13 @@ class Slam {
   std::vector<LoopCandidate> OverlappingSubmaps(const SubmapShape& source) const;
   /// Registers from the predicted poses, judges, and closes.
   void CloseWith(const SubmapShape& source, std::vector<LoopCandidate> candidates);
-  /// When the newest submap's place relative to all others is so uncertain that registrations from
-  /// the predicted poses would miss it: those to which it may belong and where to begin.
+  /// Whether the newest submap's place is so uncertain relative to all others that registrations
+  /// from the predicted poses would miss it.
+  bool IsLostAmongAll(SubmapId newest) const;
+  /// Of an earlier submap relative to the newest one, at most [m].
+  double SigmaBound_m(SubmapId id) const;
+  /// The submaps relative to which the newest one is so uncertain, to which it may belong, and
+  /// where registrations should begin.
   std::vector<LoopCandidate> LostCandidates(const SubmapShape& source) const;
   void FindItself(const SubmapShape& source, const std::vector<LoopCandidate>& lost);
   /// Registers and judges, from each candidate's starts.

@@ -312,6 +312,56 @@ TEST(SlamTest, FindsItselfAgainAfterAMotionThatNothingMeasured) {
   }
 }
 
+/// An upright cylinder around (x, y), which tells no heading.
+std::vector<Rectangle> Drum(double x_m, double y_m) {
+  constexpr int kSides = 24;
+  constexpr double kRadius_m = 0.7, kHeight_m = 1.2;
+  std::vector<Rectangle> sides;
+  const auto corner = [&](int side) {
+    const double angle = 2 * EIGEN_PI * side / kSides;
+    return Vec3(x_m + kRadius_m * std::cos(angle), y_m + kRadius_m * std::sin(angle),
+                -kHeight_m / 2);
+  };
+  for (int side = 0; side < kSides; ++side)
+    sides.push_back({corner(side), corner(side + 1) - corner(side), {0, 0, kHeight_m}});
+  return sides;
+}
+
+/// Submaps 0 and 1 see what they are given, the next three nothing but water, while the reckoning
+/// goes astray by two metres; the last one stands where the first did.
+std::unique_ptr<Slam> SlamThatSeesAgain(const std::vector<std::vector<Rectangle>>& seen) {
+  auto slam = std::make_unique<Slam>(SlamSettings());
+  const Pose3 drift = Exp(Twist(0.5, 0.35, 0, 0, 0, 0));
+  for (SubmapId id = 0; id < 6; ++id) {
+    const std::vector<Rectangle> sees = id < 2   ? seen[static_cast<std::size_t>(id)]
+                                        : id < 5 ? std::vector<Rectangle>{}
+                                                 : seen[0];
+    auto submap = SubmapOf(id, sees, Pose3::Identity());
+    const bool drifts = id >= 2;
+    const double sigma_m = drifts ? 0.6 : 0.05;
+    submap->base.edge.X_PM = drifts ? drift : Pose3::Identity();
+    submap->base.edge.covariance =
+        Twist(sigma_m * sigma_m, sigma_m * sigma_m, 1e-6, 1e-6, 1e-6, 1e-4).asDiagonal();
+    slam->AddSubmap(submap);
+  }
+  return slam;
+}
+
+// A moored mine, a single pile: no registration with them determines all.
+TEST(SlamTest, FindsARoundThingAgainFarFromWhereItShouldBe) {
+  const auto slam = SlamThatSeesAgain({Drum(2, 0), {}});
+  EXPECT_EQ(Accepted(*slam), 1);
+  EXPECT_EQ(slam->closures().back().loop.constraint.kind, ConstraintKind::kPartialClosure);
+  EXPECT_LT(slam->X_WM().at(5).translation().norm(), 0.15);
+}
+
+TEST(SlamTest, DoesNotChooseAmongThingsThatLookTheSame) {
+  const auto slam = SlamThatSeesAgain({Drum(2, 0), Drum(2, 2.5)});
+  EXPECT_EQ(Accepted(*slam), 0);
+  EXPECT_EQ(slam->closures().back().loop.reason, "more than one place fits");
+  EXPECT_GT(slam->X_WM().at(5).translation().norm(), 2);
+}
+
 // Once around the room, where nothing was joined yet, and then one that stands where the first did.
 TEST(SlamTest, RevisitsDoWhatIsExpectedOfThem) {
   const Mission mission(3);

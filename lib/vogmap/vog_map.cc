@@ -130,7 +130,7 @@ class VogMap::Cache {
   /// The answers: small, because the blocks of a view should stay near the processor.
   struct Block {
     alignas(64) std::array<LogOddsUnits, kBlockVoxels> answer;
-    BlockBits is_answered, is_not_free;
+    BlockBits is_answered, is_free;
     VoxelKey key;
     bool holds_open = false;     // The answers contain the open submap.
     std::int64_t revision = -1;  // Of the map when the block was last looked after.
@@ -191,7 +191,7 @@ class VogMap::Cache {
   std::uint64_t NotFreeIn(Block& block, int z, std::uint64_t mask) {
     for (std::uint64_t left = mask & ~block.is_answered.Slice(z); left != 0; left &= left - 1)
       Answer(block, z * kSlice + std::countr_zero(left));
-    return mask & block.is_not_free.Slice(z);
+    return mask & ~block.is_free.Slice(z);
   }
 
   /// The least sigma of the closed submaps at a voxel, remembered as long as they have `revision`.
@@ -269,7 +269,7 @@ class VogMap::Cache {
 
   void ForgetAnswers(Block& block) {
     block.is_answered.Reset();
-    block.is_not_free.Reset();
+    block.is_free.Reset();
     block.answer.fill(kNotAnswered);
   }
 
@@ -385,7 +385,7 @@ class VogMap::Cache {
         block.holds_open ? WithOpen(sum, VoxelOf(block.key, index)) : Clamped(sum);
     block.answer[static_cast<std::size_t>(index)] = units;
     block.is_answered.Set(index, true);
-    block.is_not_free.Set(index, units == kUnknownUnits || units >= model_.occupied_from);
+    block.is_free.Set(index, units != kUnknownUnits && units < model_.occupied_from);
     return units;
   }
 
@@ -561,20 +561,27 @@ void VogMap::SeeUnknown(const Vec3& origin_W, std::span<const Vec3> directions_W
 
 bool VogMap::Follow(const ViewWalk::Round& round, std::size_t lane, double min_range_m,
                     const EndsRay& ends, Gaze& gaze) const {
+  Cache::Block* block = gaze.block;
+  ViewWalk::PackedKey last = gaze.last;
   for (int step = 0; step < ViewWalk::kRound; ++step) {
     const double entered_m = round.entered_m[step][lane];
     if (std::isnan(entered_m)) return !(gaze.is_over = true);
     const ViewWalk::PackedKey voxel = round.key[step][lane];
-    if ((voxel ^ gaze.last) & ~kPackedInBlock) [[unlikely]]
-      gaze.block = &cache_->BlockOf(BlockKeyOf(ViewWalk::Unpack(voxel)));
-    gaze.last = voxel;
-    const LogOddsUnits units = cache_->UnitsOf(*gaze.block, IndexInBlock(voxel));
+    if ((voxel ^ last) & ~kPackedInBlock) [[unlikely]]
+      block = &cache_->BlockOf(BlockKeyOf(ViewWalk::Unpack(voxel)));
+    last = voxel;
+    const int index = IndexInBlock(voxel);
+    if (block->is_free.Get(index)) [[likely]]
+      continue;
+    const LogOddsUnits units = cache_->UnitsOf(*block, index);
     if (units == kUnknownUnits && entered_m >= min_range_m) {
       gaze.unknown.push_back(ViewWalk::Unpack(voxel));
       if (ends && ends(gaze.unknown.back())) return !(gaze.is_over = true);
     }
     if (units >= model().occupied_from) return !(gaze.is_over = true);
   }
+  gaze.block = block;
+  gaze.last = last;
   return true;
 }
 

@@ -181,6 +181,7 @@ void JudgePoints(const Run& run, Json& metrics) {
 
 struct Trajectories {
   Trajectory truth, estimate, odometry;
+  Trajectory within_submaps;  ///< Reckoned from where each submap truly began.
 };
 
 Trajectories MakeTrajectories(const Run& run) {
@@ -188,9 +189,12 @@ Trajectories MakeTrajectories(const Run& run) {
   for (const auto& scans : run.scans_of)
     for (const PlacedScan& placed : scans) {
       const Time time = placed.run->scan.time;
+      const RunScan& first = *scans.front().run;
       all.truth.push_back({time, placed.run->X_WB_true});
       all.estimate.push_back({time, placed.X_WB_estimate});
       all.odometry.push_back({time, placed.run->odometry.X_OB});
+      all.within_submaps.push_back(
+          {time, first.X_WB_true * Ominus(first.odometry.X_OB, placed.run->odometry.X_OB)});
     }
   return all;
 }
@@ -453,7 +457,8 @@ nlohmann::ordered_json EvaluateRun(const std::filesystem::path& folder) {
   JudgePoints(run, metrics);
   metrics["position_error_m"] = {
       {"odometry", PositionError(trajectories.odometry, trajectories.truth)},
-      {"estimate", PositionError(trajectories.estimate, trajectories.truth)}};
+      {"estimate", PositionError(trajectories.estimate, trajectories.truth)},
+      {"within_submaps", PositionError(trajectories.within_submaps, trajectories.truth)}};
   const ErrorsOfNodes nodes = JudgeCovariances(run, metrics);
   JudgeCoverage(run, metrics, series);
   metrics["loop_closures"] = {{"full", run.record.full_closures},

@@ -32,6 +32,8 @@ const std::vector<KeyFigure>& KeyFigures() {
       {"Vehicle", "Position error, estimate, end", "/position_error_m/estimate/end", "m", 3},
       {"Vehicle", "Position error, odometry, mean", "/position_error_m/odometry/mean", "m", 3},
       {"Vehicle", "Position error, odometry, end", "/position_error_m/odometry/end", "m", 3},
+      {"Vehicle", "Position error inside submaps, mean", "/position_error_m/within_submaps/mean",
+       "m", 3},
       {"Vehicle", "Path length", "/path_length_m", "m", 1},
       {"Vehicle", "Collisions", "/collisions", "", 0},
       {"Vehicle", "Smallest clearance", "/min_clearance_m", "m", 3},

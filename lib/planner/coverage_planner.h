@@ -19,7 +19,7 @@ namespace vog {
 /// Minoux 1978]. Nothing is left to gain when every place that can be reached has been looked at
 /// anew and none gains.
 ///
-/// Work is bounded by counts: places and views looked at in a plan.
+/// Work is bounded by counts: places and views looked at in a plan, and places in each Look().
 class CoveragePlanner final : public ViewPlanner {
  public:
   CoveragePlanner(const PlannerOptions& options, const MotionLimits& limits,

@@ -207,6 +207,7 @@ double Slam::SigmaBound_m(SubmapId id) const {
   return HorizontalSigma(covariances_.at(id).of_X_MN) +
          HorizontalSigma(newest_edge.Information().inverse());
 }
+
 std::vector<LoopCandidate> Slam::LostCandidates(const SubmapShape& source) const {
   const LoopClosureOptions& options = settings_.loop_closure;
   std::vector<LoopCandidate> lost;

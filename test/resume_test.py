@@ -71,12 +71,15 @@ class ResumeTest(VogTest):
         self.assertGreater(of_odometry_m, 2 * of_estimate_m)
 
     @staticmethod
-    def position_error_m(folder, of, first, count=100):
-        """Mean over `count` scans from number `first` on."""
-        told, truth = ([[float(number) for number in line.split()[1:4]] for line in
-                        (folder / f"{name}.tum").read_text().splitlines()[first:first + count]]
-                       for name in (of, "truth"))
-        return sum(map(math.dist, told, truth)) / count
+    def positions(folder, of, first, count):
+        """Of `count` scans from number `first` on."""
+        lines = (folder / f"{of}.tum").read_text().splitlines()[first:first + count]
+        return [[float(number) for number in line.split()[1:4]] for line in lines]
+
+    def position_error_m(self, folder, of, first, count=100):
+        """Mean over those scans."""
+        return sum(map(math.dist, self.positions(folder, of, first, count),
+                       self.positions(folder, "truth", first, count))) / count
 
     def test_equal_resumptions_and_replays_give_equal_bytes(self):
         new = self.fly("short", "--resume", self.old, budget=SHORT)
@@ -98,11 +101,9 @@ class ResumeTest(VogTest):
 
     def test_the_noise_of_the_flights_differs(self):
         def errors(folder, first, count=50):
-            pairs = [[[float(number) for number in line.split()[1:3]] for line in
-                      (folder / f"{of}.tum").read_text().splitlines()[first:first + count]]
-                     for of in ("truth", "odometry")]
+            pairs = [self.positions(folder, of, first, count) for of in ("truth", "odometry")]
             return [[round((a - b) - (a0 - b0), 6) for a, b, a0, b0 in
-                     zip(truth, reckoned, pairs[0][0], pairs[1][0])]
+                     zip(truth[:2], reckoned[:2], pairs[0][0], pairs[1][0])]
                     for truth, reckoned in zip(*pairs)]
         first = errors(self.new, 0)
         self.assertNotEqual(first, errors(self.new, self.metrics(self.old)["scans"]))

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <queue>
-#include <utility>
 
 #include "lib/planner/flown_step.h"
 
@@ -62,7 +61,6 @@ CoveragePlanner::CoveragePlanner(const PlannerOptions& options, const MotionLimi
 
 void CoveragePlanner::Look(const OccupancyMap& map, const Waypoint& at) {
   looked_at_.Note(map.grid(), view_.See(map, at));
-  if (plans_ == 0) return;
   looks_left_ = kNewPlaces;
   LookAtNewPlaces(map, 0);
 }
@@ -97,32 +95,28 @@ CoveragePlanner::Known& CoveragePlanner::KnownOf(const Reached& reached) {
   return reached.place < 0 ? known_.back() : known_[static_cast<std::size_t>(reached.place)];
 }
 
-GainByHeading CoveragePlanner::LookAround(const OccupancyMap& map, const Reached& reached,
-                                          const OccupancyMap::EndsRay& ends) const {
-  return panorama_.Look(
-      map, routes_.PositionOf(reached), [this](const VoxelKey& key) { return WeightOf(key); },
-      ends);
-}
-
-void CoveragePlanner::LookFrom(const OccupancyMap& map, const Reached& reached) {
+void CoveragePlanner::LookFrom(const OccupancyMap& map, const Reached& reached,
+                               const OccupancyMap::EndsRay& ends) {
   --looks_left_;
   Known& known = KnownOf(reached);
-  known.gain = LookAround(map, reached, WhereSurfacesGoOn());
+  known.gain = panorama_.Look(
+      map, routes_.PositionOf(reached), [this](const VoxelKey& key) { return WeightOf(key); },
+      ends);
   known.in_plan = plans_;
 }
 
 void CoveragePlanner::SearchFrom(const OccupancyMap& map, const Reached& reached) {
-  if (!looks_through_) {
-    --looks_left_;
-    Known& known = KnownOf(reached);
-    known.gain = LookAround(map, reached, nullptr);
-    known.in_plan = plans_;
-    if (*std::max_element(known.gain.begin(), known.gain.end()) < options_.zero_gain_voxels) {
-      known.empty_in_plan = plans_;
-      return;
-    }
+  LookFrom(map, reached, nullptr);
+  Known& known = KnownOf(reached);
+  if (IsEmpty(known)) {
+    known.empty_in_plan = plans_;
+  } else if (!looks_through_) {
+    LookFrom(map, reached, WhereSurfacesGoOn());
   }
-  LookFrom(map, reached);
+}
+
+bool CoveragePlanner::IsEmpty(const Known& known) const {
+  return *std::max_element(known.gain.begin(), known.gain.end()) < options_.zero_gain_voxels;
 }
 
 bool CoveragePlanner::IsSearched(const Reached& reached) {
@@ -178,10 +172,8 @@ CoveragePlanner::View CoveragePlanner::BestTurnOn(int index, int heading, int si
 
 CoveragePlanner::View CoveragePlanner::BestViewAt(int index, const Waypoint& at) {
   const Reached& reached = routes_.reached()[static_cast<std::size_t>(index)];
-  const GainByHeading& gain = KnownOf(reached).gain;
   View best{.reached = index};
-  if (IsGivenUp(KnownOf(reached))) return best;
-  if (*std::max_element(gain.begin(), gain.end()) < options_.zero_gain_voxels) return best;
+  if (IsGivenUp(reached.place) || IsEmpty(KnownOf(reached))) return best;
   for (int heading = 0; heading < kHeadings; ++heading) {
     if ((reached.arc >> heading & 1) == 0) continue;
     const double time_s = ViewTime_s(reached, heading, at);
@@ -197,7 +189,7 @@ void CoveragePlanner::LookAtNewPlaces(const OccupancyMap& map, int looks_to_leav
   for (const Reached& reached : routes_.reached()) {
     if (KnownOf(reached).in_plan >= 0) continue;
     if (looks_left_ <= looks_to_leave) return;
-    LookFrom(map, reached);
+    LookFrom(map, reached, WhereSurfacesGoOn());
   }
 }
 
@@ -218,7 +210,7 @@ CoveragePlanner::View CoveragePlanner::FindBest(const OccupancyMap& map,
     const Reached& reached = routes_.reached()[static_cast<std::size_t>(view.reached)];
     if (KnownOf(reached).in_plan != plans_ && !IsSearched(reached)) {
       if (looks_left_ <= kLastPlaces) break;
-      LookFrom(map, reached);
+      LookFrom(map, reached, WhereSurfacesGoOn());
     } else if (KnownOf(reached).ahead_in_plan == plans_ ||
                !MustGoAhead(map, checker, at, reached)) {
       // Where the panorama promises something, look with all rays.
@@ -330,17 +322,13 @@ ViewPlan CoveragePlanner::GrowTree(const OccupancyMap& map, const CollisionCheck
   return plan;
 }
 
-void CoveragePlanner::NoteRefusal(Known& known) {
-  if (std::exchange(known.since_gain, gains_) != gains_) known.refusals = 0;
-  ++known.refusals;
-}
-
-bool CoveragePlanner::IsGivenUp(const Known& known) const {
-  return known.since_gain == gains_ && known.refusals >= kMostRefusals;
+bool CoveragePlanner::IsGivenUp(int place) const {
+  const auto refusals = refusals_.find(place);
+  return refusals != refusals_.end() && refusals->second >= kMostRefusals;
 }
 
 void CoveragePlanner::NoteGain() {
-  ++gains_;
+  refusals_.clear();
   nothing_since_ = -1;
   tree_views_ = 0;
 }
@@ -353,7 +341,7 @@ ViewPlan CoveragePlanner::Plan(const OccupancyMap& map, const CollisionChecker& 
   const bool is_confined =
       routes_.reached().front().arc != kAllHeadings && routes_.reached().size() < kFewPlaces;
   known_.resize(static_cast<std::size_t>(routes_.free_places().places()) + 1);
-  LookFrom(map, routes_.reached().front());
+  LookFrom(map, routes_.reached().front(), WhereSurfacesGoOn());
   LookAtNewPlaces(map, kPlaces - kNewPlaces);
   ViewPlan plan = FindPlan(map, checker, at);
   plan.is_confined = is_confined;
@@ -366,14 +354,14 @@ ViewPlan CoveragePlanner::FindPlan(const OccupancyMap& map, const CollisionCheck
   for (int tries = 0; tries < kWays; ++tries) {
     const View view = FindBest(map, checker, at);
     if (view.reached < 0) break;
-    Known& known = KnownOf(routes_.reached()[static_cast<std::size_t>(view.reached)]);
+    const int place = routes_.reached()[static_cast<std::size_t>(view.reached)].place;
     const auto way = WayTo(map, checker, view);
     if (way) {
       NoteGain();
       return GoTo(view, *way);
     }
     was_refused = true;
-    NoteRefusal(known);
+    ++refusals_[place];
   }
   ViewPlan plan = LookForMore(map);
   if (plan.outcome == ViewPlan::Outcome::kNothing) plan = GrowTree(map, checker, at);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <vector>
 
 #include "lib/planner/looked_at.h"
@@ -37,8 +38,6 @@ class CoveragePlanner final : public ViewPlanner {
     GainByHeading gain{};
     int in_plan = -1;        ///< When it was looked at; -1 is never.
     int empty_in_plan = -1;  ///< When there was nothing to see even through gaps.
-    int refusals = 0;        ///< Of ways to it, by the map looked at closely, since_gain.
-    int since_gain = 0;
     int ahead_in_plan = -1;  ///< When its way was tested: MustGoAhead().
     bool goes_ahead = false;
   };
@@ -54,18 +53,16 @@ class CoveragePlanner final : public ViewPlanner {
   };
 
   Known& KnownOf(const Reached& reached);
-  void LookFrom(const OccupancyMap& map, const Reached& reached);
-  GainByHeading LookAround(const OccupancyMap& map, const Reached& reached,
-                           const OccupancyMap::EndsRay& ends) const;
+  void LookFrom(const OccupancyMap& map, const Reached& reached, const OccupancyMap::EndsRay& ends);
   /// The look of the search that ends the exploration: where there is nothing to see even through
   /// gaps, which is nearly everywhere in the end, one look tells of both.
   void SearchFrom(const OccupancyMap& map, const Reached& reached);
   /// Whether that search has looked at the place already.
   bool IsSearched(const Reached& reached);
-  /// A way to the place that the lattice shows is not free.
-  void NoteRefusal(Known& known);
-  /// Whether so many were not that it is left out until the vehicle has gone somewhere.
-  bool IsGivenUp(const Known& known) const;
+  /// Whether no heading has enough to see to count.
+  bool IsEmpty(const Known& known) const;
+  /// Whether so many ways to a place were refused that it is left out.
+  bool IsGivenUp(int place) const;
   /// What a heading of a place gains by what is known of it; 0 when that counts as nothing.
   double GainOf(const Reached& reached, int heading);
   /// The best heading of a place by what is known of it, or the best turn: what the fan sees while
@@ -112,13 +109,13 @@ class CoveragePlanner final : public ViewPlanner {
   Routes routes_;
   std::vector<Known> known_;  // By place; the last one is the vehicle's.
   int plans_ = 0;
-  int looks_left_ = 0;          // In this plan.
-  int nothing_since_ = -1;      // Plan since which none of the places looked at has gained.
-  int searched_since_ = -1;     // The same of looks through gaps, once it looks through them.
-  bool looks_through_ = false;  // Through gaps beside what is occupied.
-  int gains_ = 0;               // Plans that went somewhere.
-  int tree_views_ = 0;          // Of the tree that have been looked at.
-  int tree_of_plan_ = 0;        // The plan in which it was first grown.
+  int looks_left_ = 0;           // In this plan.
+  int nothing_since_ = -1;       // Plan since which none of the places looked at has gained.
+  int searched_since_ = -1;      // The same of looks through gaps, once it looks through them.
+  bool looks_through_ = false;   // Through gaps beside what is occupied.
+  std::map<int, int> refusals_;  // Of ways to a place, by its number, since a plan went anywhere.
+  int tree_views_ = 0;           // Of the tree that have been looked at.
+  int tree_of_plan_ = 0;         // The plan in which it was first grown.
 };
 
 }  // namespace vog

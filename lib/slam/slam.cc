@@ -187,41 +187,47 @@ void Slam::FindItself(const SubmapShape& source, const std::vector<LoopCandidate
 }
 
 bool Slam::IsLostAmongAll(SubmapId newest) const {
-  // No pair is more uncertain than the older one relative to the last submap and the newest edge
-  // together. Where one is known well, all others are known as well as the graph can tell.
-  if (shapes_.size() < 2) return false;
+  const double edge_sigma_m = NewestEdgeSigma_m();
   std::vector<LoopCandidate> others;
   for (const auto& [id, shape] : shapes_) {
     if (newest - id < settings_.loop_closure.min_separation) continue;
-    if (!IsLost(settings_.registration, SigmaBound_m(id))) return false;
+    // Where one is known well, all others are known as well as the graph can tell.
+    if (!MayBeLost(id, edge_sigma_m)) return false;
     others.push_back({id});
   }
   PredictCovariances(newest, others);
-  return std::all_of(others.begin(), others.end(), [&](const LoopCandidate& other) {
+  return !others.empty() && std::all_of(others.begin(), others.end(), [&](const auto& other) {
     return IsLost(settings_.registration, HorizontalSigma(other.covariance));
   });
 }
 
-double Slam::SigmaBound_m(SubmapId id) const {
-  const Constraint& newest_edge = graph_.constraints().rbegin()->second;
-  return HorizontalSigma(covariances_.at(id).of_X_MN) +
-         HorizontalSigma(newest_edge.Information().inverse());
+double Slam::NewestEdgeSigma_m() const {
+  const auto newest = graph_.constraints().rbegin();
+  return newest == graph_.constraints().rend()
+             ? 0
+             : HorizontalSigma(newest->second.Information().inverse());
+}
+
+bool Slam::MayBeLost(SubmapId id, double edge_sigma_m) const {
+  return IsLost(settings_.registration,
+                HorizontalSigma(covariances_.at(id).of_X_MN) + edge_sigma_m);
 }
 
 std::vector<LoopCandidate> Slam::LostCandidates(const SubmapShape& source) const {
   const LoopClosureOptions& options = settings_.loop_closure;
+  const double edge_sigma_m = NewestEdgeSigma_m();
   std::vector<LoopCandidate> lost;
   for (const auto& [id, shape] : shapes_) {
-    if (source.id - id < options.min_separation ||
-        !IsLost(settings_.registration, SigmaBound_m(id)))
-      continue;
+    if (source.id - id < options.min_separation || !MayBeLost(id, edge_sigma_m)) continue;
     lost.push_back({id});
     lost.back().members = {{shape.get()}};
   }
   PredictCovariances(source.id, lost);
+  std::erase_if(lost, [&](const LoopCandidate& candidate) {
+    return !IsLost(settings_.registration, HorizontalSigma(candidate.covariance));
+  });
   ParallelFor(lost.size(), [&](std::size_t c) {
     LoopCandidate& candidate = lost[c];
-    if (!IsLost(settings_.registration, HorizontalSigma(candidate.covariance))) return;
     for (const SearchPlace& place :
          SearchPlaces(settings_.registration, *shapes_.at(candidate.id), source,
                       PredictedX_ik(candidate.id, source.id), candidate.covariance)) {
@@ -230,7 +236,7 @@ std::vector<LoopCandidate> Slam::LostCandidates(const SubmapShape& source) const
     }
   });
   std::erase_if(lost, [&](const LoopCandidate& candidate) {
-    return candidate.starts.empty() || candidate.predicted_overlap < options.min_predicted_overlap;
+    return candidate.predicted_overlap < options.min_predicted_overlap;
   });
   KeepBest(options, &LoopCandidate::predicted_overlap, lost);
   return lost;

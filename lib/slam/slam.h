@@ -123,8 +123,11 @@ class Slam {
   /// Whether the newest submap's place is so uncertain relative to all others that registrations
   /// from the predicted poses would miss it.
   bool IsLostAmongAll(SubmapId newest) const;
-  /// Of an earlier submap relative to the newest one, at most [m].
-  double SigmaBound_m(SubmapId id) const;
+  /// Of the motion from the last submap to the newest one. @pre that has closed no loop yet.
+  double NewestEdgeSigma_m() const;
+  /// Whether the newest submap may be so uncertain relative to an earlier one: no pair is more
+  /// uncertain than that relative to the last submap and the newest edge together.
+  bool MayBeLost(SubmapId id, double edge_sigma_m) const;
   /// The submaps relative to which the newest one is so uncertain, to which it may belong, and
   /// where registrations should begin.
   std::vector<LoopCandidate> LostCandidates(const SubmapShape& source) const;

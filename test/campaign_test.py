@@ -156,6 +156,16 @@ class CampaignTest(VogTest):
         self.assertEqual((figure["n"], figure["interval_95"]), (1, None))
         self.assertEqual((out / "tank/2/metrics.json").stat().st_mtime_ns, before)
 
+    def test_some_of_the_cases(self):
+        out = self.scratch / "some-cases"
+        told = json.loads(self.campaign(out, "--seeds", "1", "--json", "--cases", "walk"))
+        self.assertEqual([one["name"] for one in told["cases"]], ["propeller walk"])
+        self.assertEqual([file.name for file in (out / "tank").iterdir()], [])
+        mine, theirs = (folder / "propeller-walk/1/metrics.json" for folder in (out, self.flown))
+        self.assertEqual(mine.read_bytes(), theirs.read_bytes())
+        self.campaign(out)  # The same folder's others.
+        self.assert_same_tables(out)
+
     def test_without_gnuplot_there_is_no_report(self):
         out = self.scratch / "no-gnuplot"
         shutil.copytree(self.flown, out)
@@ -314,6 +324,8 @@ class CampaignTest(VogTest):
         out = self.scratch / "refused"
         self.refuse(2, "campaign", "--out", out, says=["campaign file", "--help"])
         self.refuse(2, "campaign", self.file, "--out", out, "--seeds", "1-3", says=["--seeds", "A..B"])
+        self.refuse(2, "campaign", self.file, "--out", out, "--cases", "tank", "wreck",
+                    says=["--cases", "'wreck'", "'tank', 'propeller walk'"])
         self.refuse(2, "campaign", self.file, "--out", out, "--jobs", 0, says=["--jobs"])
         self.refuse(2, "campaign", self.file, "--out", out, "--engine", "x", says=["local"])
         self.refuse(2, "campaign", "--fly", "tank/1", "--out", out, says=["no campaign"])

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <functional>
 
 #include "tools/mission/mission.h"
 #include "tools/mission/simulation_check.h"
@@ -90,6 +91,16 @@ CampaignCase ReadCase(const Config& config, const std::string& table) {
   return read;
 }
 
+bool HasInName(const CampaignCase& one, const std::string& word) {
+  return one.name.find(word) != std::string::npos;
+}
+
+std::string NamesOf(const std::vector<CampaignCase>& cases) {
+  std::string names;
+  for (const CampaignCase& one : cases) names += (names.empty() ? "'" : ", '") + one.name + "'";
+  return names;
+}
+
 }  // namespace
 
 const std::vector<std::string>& KeepNames() {
@@ -141,6 +152,25 @@ Campaign LoadCampaign(const std::string& file, const std::optional<SeedRange>& s
                        "' already");
     campaign.cases.push_back(std::move(next));
   }
+  return campaign;
+}
+
+void CheckCases(const Campaign& campaign, const std::vector<std::string>& words) {
+  for (const std::string& word : words)
+    if (std::none_of(campaign.cases.begin(), campaign.cases.end(),
+                     [&](const CampaignCase& one) { return HasInName(one, word); }))
+      throw UsageError("--cases: no case has '" + word + "' in its name; there are " +
+                       NamesOf(campaign.cases));
+}
+
+Campaign WithCases(Campaign campaign, const std::vector<std::string>& words) {
+  CheckCases(campaign, words);
+  const auto is_chosen = [&](const CampaignCase& one) {
+    return words.empty() || std::any_of(words.begin(), words.end(), [&](const std::string& word) {
+             return HasInName(one, word);
+           });
+  };
+  std::erase_if(campaign.cases, std::not_fn(is_chosen));
   return campaign;
 }
 

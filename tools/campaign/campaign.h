@@ -55,4 +55,12 @@ const std::vector<std::string>& KeepNames();
 /// `seeds` replace the file's. @throws UsageError naming file and line.
 Campaign LoadCampaign(const std::string& file, const std::optional<SeedRange>& seeds);
 
+/// Looks whether each of `words` is in the name of a case. @throws UsageError naming one that is
+/// not.
+void CheckCases(const Campaign& campaign, const std::vector<std::string>& words);
+
+/// The campaign with those cases whose names contain one of `words`, in the order of the file; with
+/// all of them without words. @throws UsageError as CheckCases().
+Campaign WithCases(Campaign campaign, const std::vector<std::string>& words);
+
 }  // namespace vog

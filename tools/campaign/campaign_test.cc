@@ -38,5 +38,22 @@ TEST(CampaignTest, MissionsComeCaseByCase) {
   EXPECT_EQ(order, "b-c/4 b-c/5 a/4 a/5 ");
 }
 
+TEST(CampaignTest, ChoosesCasesByWordsInTheirNames) {
+  const auto chosen = [](const std::vector<std::string>& words) {
+    Campaign campaign{"x", {1, 1}, {}, {}};
+    for (const char* name : {"pier tree", "tank coverage", "tank tree", "mine"})
+      campaign.cases.push_back({name, name, Config()});
+    std::string names;
+    for (const CampaignCase& one : WithCases(std::move(campaign), words).cases)
+      names += one.name + ";";
+    return names;
+  };
+  EXPECT_EQ(chosen({}), "pier tree;tank coverage;tank tree;mine;");
+  EXPECT_EQ(chosen({"tank"}), "tank coverage;tank tree;");
+  EXPECT_EQ(chosen({"mine", "tree"}), "pier tree;tank tree;mine;");
+  EXPECT_EQ(chosen({"tank tree"}), "tank tree;");
+  EXPECT_THROW(chosen({"tank", "Mine"}), UsageError);
+}
+
 }  // namespace
 }  // namespace vog

@@ -240,8 +240,8 @@ void CloseSlurmRound(const fs::path& path, int round) {
   const SlurmFolder slurm_folder(path);
   if (slurm_folder.ReadRound().number != round) return;  // A later one has begun.
   const CampaignFolder folder = CampaignFolder::Join(path);
-  Campaign campaign = folder.ReadCampaign();
   const SlurmOrder order = slurm_folder.ReadOrder();
+  Campaign campaign = WithCases(folder.ReadCampaign(), order.cases);
   campaign.seeds = order.seeds;
   try {
     if (Rounds(folder, campaign, order).GoOn()) return;

@@ -48,6 +48,7 @@ void SlurmFolder::Prepare() const {
 
 void SlurmFolder::Write(const SlurmOrder& order) const {
   const Json json = {{"seeds", {{"first", order.seeds.first}, {"last", order.seeds.last}}},
+                     {"cases", order.cases},
                      {"tasks_at_a_time", order.tasks_at_a_time},
                      {"missions_per_task", order.missions_per_task},
                      {"sbatch", order.arguments}};
@@ -74,6 +75,7 @@ void SlurmFolder::WriteTasks(int round, const std::vector<std::vector<MissionId>
 SlurmOrder SlurmFolder::ReadOrder() const {
   return ReadJson(path_ / "order.json", [](const Json& json) {
     return SlurmOrder{{json.at("seeds").at("first"), json.at("seeds").at("last")},
+                      json.at("cases"),
                       json.at("tasks_at_a_time"),
                       json.at("missions_per_task"),
                       json.at("sbatch")};

@@ -12,6 +12,7 @@ namespace vog {
 /// How a campaign is to be flown by Slurm.
 struct SlurmOrder {
   SeedRange seeds;
+  std::vector<std::string> cases;      ///< For WithCases().
   int tasks_at_a_time = 0;             ///< 0: as many as the cluster lets.
   int missions_per_task = 0;           ///< 0: MissionsPerTask().
   std::vector<std::string> arguments;  ///< For sbatch.

@@ -55,10 +55,11 @@ TEST_F(SlurmRoundTest, EachMissionIsInOneTask) {
 }
 
 TEST_F(SlurmRoundTest, ReadsWhatItWrote) {
-  folder_.Write(SlurmOrder{{3, 9}, 20, 5, {"--time=1:00", "-p", "a b"}});
+  folder_.Write(SlurmOrder{{3, 9}, {"tank", "pier tree"}, 20, 5, {"--time=1:00", "-p", "a b"}});
   const SlurmOrder order = folder_.ReadOrder();
   EXPECT_EQ(order.seeds.first, 3);
   EXPECT_EQ(order.seeds.last, 9);
+  EXPECT_EQ(order.cases, (std::vector<std::string>{"tank", "pier tree"}));
   EXPECT_EQ(order.tasks_at_a_time, 20);
   EXPECT_EQ(order.missions_per_task, 5);
   EXPECT_EQ(order.arguments, (std::vector<std::string>{"--time=1:00", "-p", "a b"}));

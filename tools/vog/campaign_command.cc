@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <memory>
+#include <utility>
 
 #include "lib/base/errors.h"
 #include "lib/base/parallel.h"
@@ -18,6 +19,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 struct Arguments {
+  std::vector<std::string> cases;
   std::string config, seeds, out, mission, sbatch;
   std::string engine = "local";
   int jobs = 0, per_task = 0, slurm_task = 0, slurm_close = 0;
@@ -46,7 +48,7 @@ void FlyMissing(const CampaignFolder& folder, const Campaign& campaign,
                 const Arguments& arguments) {
   if (arguments.is_slurm()) {
     FlyBySlurm(folder, campaign,
-               {campaign.seeds, arguments.jobs, arguments.per_task,
+               {campaign.seeds, arguments.cases, arguments.jobs, arguments.per_task,
                 ShellWords(arguments.sbatch, "--sbatch")});
   } else {
     FlyLocally(folder, MissingOf(folder, campaign.Missions()),
@@ -58,8 +60,10 @@ void RunCampaign(const Arguments& arguments) {
   std::optional<SeedRange> seeds;
   if (!arguments.seeds.empty()) seeds = ParseSeeds(arguments.seeds, "--seeds: ");
   CheckEngine(arguments);
-  const Campaign campaign = LoadCampaign(arguments.config, seeds);
-  const CampaignFolder folder(arguments.out, campaign);
+  Campaign whole = LoadCampaign(arguments.config, seeds);
+  CheckCases(whole, arguments.cases);
+  const CampaignFolder folder(arguments.out, whole);
+  const Campaign campaign = WithCases(std::move(whole), arguments.cases);
   FlyMissing(folder, campaign, arguments);
   const Json summary = WriteTables(folder, campaign);
   std::fputs((arguments.json ? summary.dump(2) + "\n" : TableOf(summary)).c_str(), stdout);
@@ -105,7 +109,8 @@ void AddCampaignCommand(CLI::App& app) {
       "Each mission lands in DIR/CASE/SEED, the statistics in DIR/campaign.txt, campaign.json and "
       "campaign.html.\n"
       "The same command goes on where another one was stopped or killed, and flies what failed or "
-      "is missing, for example further seeds. Exit status 1 when missions failed again and again.\n"
+      "is missing, for example further seeds or --cases. Exit status 1 when missions failed again "
+      "and again.\n"
       "With --engine slurm the jobs go on without this command: Ctrl-C leaves them, the same "
       "command "
       "waits for them again.");
@@ -113,6 +118,8 @@ void AddCampaignCommand(CLI::App& app) {
   command->add_option("config", arguments->config, "campaign file (TOML)");
   command->add_option("--out", arguments->out, "the campaign's folder")->required();
   command->add_option("--seeds", arguments->seeds, "A..B instead of the file's");
+  command->add_option("--cases", arguments->cases,
+                      "words: only the cases that have one of them in their names");
   command
       ->add_option("--engine", arguments->engine,
                    "local: processes of this machine; slurm: job arrays of a Slurm cluster whose "

@@ -74,7 +74,7 @@ void WaitUntilReady(LcmBus& bus, ProcessGroup& processes, const Recorder& record
 }
 
 void WaitUntilComplete(LcmBus& bus, ProcessGroup& processes, const Recorder& recorder,
-                       int max_submaps, const std::atomic<bool>& stop) {
+                       const MissionOptions& mission, const std::atomic<bool>& stop) {
   const Stopwatch stopwatch;
   ProgressBar bar;
   std::optional<Stopwatch> finished;
@@ -84,8 +84,7 @@ void WaitUntilComplete(LcmBus& bus, ProcessGroup& processes, const Recorder& rec
     if (stop) throw SystemError("stopped");
     bus.RunFor(kTendPeriod);
     processes.Tend();
-    bar.Show(static_cast<double>(progress.submaps) / max_submaps,
-             ProgressText(progress, max_submaps, stopwatch.seconds()));
+    ShowProgress(progress, mission, stopwatch.seconds(), bar);
     if (!finished && (progress.is_complete || progress.state == "finished")) finished.emplace();
     if (finished && finished->seconds() > kMaxFinish_s)
       throw SystemError(!progress.map_fault.empty() ? progress.map_fault
@@ -121,7 +120,7 @@ nlohmann::ordered_json RunLiveMission(const Config& config, const std::filesyste
     for (const std::string& name : kPrograms) processes.Start({name, arguments, true});
     WaitUntilReady(bus, processes, recorder, stop);
     processes.Start({"vog-sim", arguments, false});
-    WaitUntilComplete(bus, processes, recorder, sim.mission.max_submaps, stop);
+    WaitUntilComplete(bus, processes, recorder, sim.mission, stop);
     lost = recorder.Finish();
   }
   // The judge believes the log: of one with gaps it would tell what never was.

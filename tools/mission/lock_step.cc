@@ -36,7 +36,8 @@ void LatencyOptions::Visit(OptionsVisitor& v) {
 }
 
 void ProgressWatcher::OnMessage(Time time, const std::string& channel, Bytes bytes) {
-  progress_.vehicle_time_s = ToSeconds(time);
+  if (!begin_) begin_ = time;
+  progress_.vehicle_time_s = ToSeconds(time - *begin_);
   HandleIf(channel, bytes, outputs::kMapStatus, [&](const map_status_t& status) {
     progress_.submaps = status.submaps;
     progress_.is_complete = status.complete;

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,7 +14,7 @@ namespace vog {
 
 /// What a run tells while it goes on.
 struct RunProgress {
-  double vehicle_time_s = 0;
+  double vehicle_time_s = 0;  ///< Since the first message.
   int submaps = 0;
   int closures = 0;
   double explored_m3 = 0;
@@ -32,6 +33,7 @@ class ProgressWatcher {
 
  private:
   RunProgress progress_;
+  std::optional<Time> begin_;
 };
 
 /// How long planning took, and how many submaps there were.

@@ -1,5 +1,6 @@
 #include "tools/mission/mission.h"
 
+#include <algorithm>
 #include <array>
 
 #include "lib/base/config_tables.h"
@@ -19,7 +20,6 @@
 #include "tools/mission/evaluate.h"
 #include "tools/mission/judge.h"
 #include "tools/mission/mesh_mission.h"
-#include "tools/mission/progress_bar.h"
 #include "tools/mission/simulation_check.h"
 
 namespace vog {
@@ -100,13 +100,21 @@ std::string PrepareFolder(const std::filesystem::path& folder,
   return (folder / kEarlier / "map").string();
 }
 
-std::string ProgressText(const RunProgress& progress, int max_submaps, double wall_s) {
+double BudgetUsed(const RunProgress& progress, const MissionOptions& mission) {
+  const double of_submaps = static_cast<double>(progress.submaps) / mission.max_submaps;
+  const double of_time =
+      mission.max_duration_s > 0 ? progress.vehicle_time_s / mission.max_duration_s : 0;
+  return std::max(of_submaps, of_time);
+}
+
+void ShowProgress(const RunProgress& progress, const MissionOptions& mission, double wall_s,
+                  ProgressBar& bar) {
   std::array<char, 160> text;
   std::snprintf(text.data(), text.size(),
                 "%d/%d submaps, %.0f m3 explored, %d closures, %.0f s of vehicle time in %.0f s",
-                progress.submaps, max_submaps, progress.explored_m3, progress.closures,
+                progress.submaps, mission.max_submaps, progress.explored_m3, progress.closures,
                 progress.vehicle_time_s, wall_s);
-  return text.data();
+  bar.Show(BudgetUsed(progress, mission), text.data());
 }
 
 void WriteTiming(const RunTiming& timing, const std::filesystem::path& file) {
@@ -154,8 +162,7 @@ void FlyMission(const Config& config, const std::filesystem::path& folder,
       if (finished && now - *finished > kMaxFinish)
         throw SystemError(progress.map_fault.empty() ? "the map was not completed"
                                                      : progress.map_fault);
-      bar.Show(static_cast<double>(progress.submaps) / sim_settings.mission.max_submaps,
-               ProgressText(progress, sim_settings.mission.max_submaps, stopwatch.seconds()));
+      ShowProgress(progress, sim_settings.mission, stopwatch.seconds(), bar);
     }
     timing = system.timing();
   }

@@ -7,7 +7,9 @@
 #include <vector>
 
 #include "lib/base/config.h"
+#include "lib/planner/mission_options.h"
 #include "tools/mission/lock_step.h"
+#include "tools/mission/progress_bar.h"
 #include "tools/mission/resume.h"
 
 namespace vog {
@@ -56,7 +58,11 @@ void PrepareFolder(const std::filesystem::path& folder);
 /// Writes the wall times of a run.
 void WriteTiming(const RunTiming& timing, const std::filesystem::path& file);
 
-/// One line about how far a run is.
-std::string ProgressText(const RunProgress& progress, int max_submaps, double wall_s);
+/// The share of its submaps or of its time that a run has used, whichever is more.
+double BudgetUsed(const RunProgress& progress, const MissionOptions& mission);
+
+/// Draws how much of its budget a run has used, with a line about how far it is.
+void ShowProgress(const RunProgress& progress, const MissionOptions& mission, double wall_s,
+                  ProgressBar& bar);
 
 }  // namespace vog

@@ -46,7 +46,7 @@ void Feed(const std::filesystem::path& log, const Config& config, LockStepSystem
   const Stopwatch stopwatch;
   ProgressBar bar;
   QueueBus& bus = system.bus();
-  const int max_submaps = config.Read<MissionOptions>("mission").max_submaps;
+  const auto mission = config.Read<MissionOptions>("mission");
   const std::regex channels = ChannelsToFeed(log);
   LcmLogReader reader(log.string());
   bool has_fed = false;
@@ -56,8 +56,7 @@ void Feed(const std::filesystem::path& log, const Config& config, LockStepSystem
     // there before anybody answers.
     if (event->time > bus.now()) {
       bus.RunUntil(event->time);
-      bar.Show(static_cast<double>(system.progress().submaps) / max_submaps,
-               ProgressText(system.progress(), max_submaps, stopwatch.seconds()));
+      ShowProgress(system.progress(), mission, stopwatch.seconds(), bar);
     }
     bus.PublishAt(bus.now(), event->channel, event->bytes);
     has_fed = true;

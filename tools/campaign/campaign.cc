@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <functional>
 
 #include "tools/mission/mission.h"
 #include "tools/mission/simulation_check.h"
@@ -91,8 +90,10 @@ CampaignCase ReadCase(const Config& config, const std::string& table) {
   return read;
 }
 
-bool HasInName(const CampaignCase& one, const std::string& word) {
-  return one.name.find(word) != std::string::npos;
+bool HasOneInName(const CampaignCase& one, const std::vector<std::string>& words) {
+  return std::any_of(words.begin(), words.end(), [&](const std::string& word) {
+    return one.name.find(word) != std::string::npos;
+  });
 }
 
 std::string NamesOf(const std::vector<CampaignCase>& cases) {
@@ -158,19 +159,15 @@ Campaign LoadCampaign(const std::string& file, const std::optional<SeedRange>& s
 void CheckCases(const Campaign& campaign, const std::vector<std::string>& words) {
   for (const std::string& word : words)
     if (std::none_of(campaign.cases.begin(), campaign.cases.end(),
-                     [&](const CampaignCase& one) { return HasInName(one, word); }))
+                     [&](const CampaignCase& one) { return HasOneInName(one, {word}); }))
       throw UsageError("--cases: no case has '" + word + "' in its name; there are " +
                        NamesOf(campaign.cases));
 }
 
 Campaign WithCases(Campaign campaign, const std::vector<std::string>& words) {
   CheckCases(campaign, words);
-  const auto is_chosen = [&](const CampaignCase& one) {
-    return words.empty() || std::any_of(words.begin(), words.end(), [&](const std::string& word) {
-             return HasInName(one, word);
-           });
-  };
-  std::erase_if(campaign.cases, std::not_fn(is_chosen));
+  if (words.empty()) return campaign;
+  std::erase_if(campaign.cases, [&](const CampaignCase& one) { return !HasOneInName(one, words); });
   return campaign;
 }
 
